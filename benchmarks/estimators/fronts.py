@@ -15,7 +15,7 @@ import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.entrants.ways import way_of
-from warehouse_sim.benchmark.recorded.entries import GRAVITY, MASKS, TRIVIAL, entries
+from warehouse_sim.benchmark.recorded.entries import BASELINE, GRAVITY, MASKS, entries
 from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, read_faces
 from warehouse_sim.dataset.reader import DatasetReader
 
@@ -41,8 +41,8 @@ def main(
     """
     faces, rows = read_faces(folder), []
     objects = dict(DatasetReader(catalog).objects) if catalog else {}
-    for method in (TRIVIAL, *methods):
-        estimator = None if method == TRIVIAL else way_of(method).open(objects)
+    for method in (BASELINE, *methods):
+        estimator = None if method == BASELINE else way_of(method).open(objects)
         for masks in MASKS:
             for gravity in GRAVITY:
                 found = entries(estimator, objects, faces, masks, gravity, None if estimator is None else model)

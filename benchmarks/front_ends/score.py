@@ -120,7 +120,7 @@ def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) ->
     file = kept / root.name / ("+".join(question.stages) + ".json")
     images, seconds = reader.images("test"), list[float]()
     if not _is_newer(file, stages):
-        given = [str(true_boxes(reader, kept / root.name / "gt.json")) if x == GT else x for x in stages]
+        given = [str(gt_boxes(reader, kept / root.name / "gt.json")) if x == GT else x for x in stages]
         found, seconds = detect("+".join(given), root, "test")
         file.parent.mkdir(parents=True, exist_ok=True)
         write_results(file, found, reader)
@@ -147,7 +147,7 @@ def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) ->
     return rows
 
 
-def true_boxes(reader: DatasetReader, path: Path) -> Path:
+def gt_boxes(reader: DatasetReader, path: Path) -> Path:
     """Write the labels' boxes as a file of detections, for front ends that look into boxes; return the file."""
     found = [
         FoundObject(

@@ -23,7 +23,7 @@ HIDDEN = DataConfig(
     },
     ("kitti", "bop"),
 )
-TRIVIAL = ("rectangle-fit", "rectangle-fit+lidar")
+BASELINES = ("rectangle-fit", "rectangle-fit+lidar")
 
 
 def shrunk(suite: Suite) -> Suite:

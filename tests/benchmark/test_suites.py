@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmark.made import TRIVIAL, shrunk
+from tests.benchmark.made import BASELINES, shrunk
 from warehouse_sim.benchmark.disturbances.by_name import DISTURBANCES
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
@@ -39,10 +39,10 @@ def test_a_suite_names_only_what_there_is(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ON_IMAGES)
-def test_a_suite_asks_the_ground_truth_chance_and_a_trivial_method(name: str) -> None:
+def test_a_suite_asks_the_ground_truth_chance_and_a_baseline(name: str) -> None:
     for suite in (SUITES[name], quickened(SUITES[name])):
         assert {"oracle", "shuffled"} <= set(suite.estimators)
-        assert set(suite.estimators) & set(TRIVIAL)
+        assert set(suite.estimators) & set(BASELINES)
 
 
 def test_seeds_of_what_is_scored_are_those_of_nothing_that_is_bundled() -> None:

@@ -21,7 +21,7 @@ from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 
 
-class TrueBoxes:
+class GroundTruthBoxes:
     """A detector that knows the ground truth, and counts how often it is asked."""
 
     def __init__(self, reader: DatasetReader) -> None:
@@ -40,7 +40,7 @@ class TrueBoxes:
 
 def test_images_without_detections_get_those_of_the_front_end(toy_root: Path) -> None:
     reader = DatasetReader(toy_root)
-    detector = TrueBoxes(reader)
+    detector = GroundTruthBoxes(reader)
     estimator = WithFrontEnd(load_estimator("rectangle-fit"), [detector.detect])
     estimator.onboard(reader.objects)
     alone = load_estimator("rectangle-fit")
@@ -64,7 +64,7 @@ def test_images_without_detections_get_those_of_the_front_end(toy_root: Path) ->
 def test_prediction_leaves_finding_to_the_chain_unless_it_is_told(
     toy_root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    detector = TrueBoxes(DatasetReader(toy_root))
+    detector = GroundTruthBoxes(DatasetReader(toy_root))
     monkeypatch.setattr(module, "open_stages", lambda names: [detector.detect])
     monkeypatch.setattr(module, "CHAIN", Composed("detector-depth", "rectangle-fit"), raising=False)
     monkeypatch.setitem(ESTIMATORS._targets, "toy-chain", f"{module.__name__}:CHAIN")
@@ -157,7 +157,7 @@ def test_a_file_of_detections_takes_the_place_of_a_detector(
     toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reader = DatasetReader(toy_root)
-    detector = TrueBoxes(reader)
+    detector = GroundTruthBoxes(reader)
     monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector.detect)
     out = tmp_path / "found.json"
     words = ["detect", "any", "--data", str(toy_root), "--out", str(out), "--split", "train"]

@@ -9,7 +9,7 @@ from tests.evaluation.pallet import nudge
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation.report.images import (
     ESTIMATE_COLOR,
-    TRUE_COLOR,
+    GT_COLOR,
     close_up,
     depth_frame,
     frame_with_boxes,
@@ -39,16 +39,16 @@ def test_a_close_up_shows_both_poses_where_they_are(data):
     black = np.zeros((image.camera.height, image.camera.width, 3), np.uint8)
     crop = close_up(black, image.camera, info, target.T_camera_object, estimate)
     assert crop.shape == (300, 480, 3)
-    true_rows, estimate_rows = (np.flatnonzero(near(crop, c).any(axis=1)) for c in (TRUE_COLOR, ESTIMATE_COLOR))
-    assert estimate_rows.min() < true_rows.min()
-    assert estimate_rows.max() < true_rows.max()
+    gt_rows, estimate_rows = (np.flatnonzero(near(crop, c).any(axis=1)) for c in (GT_COLOR, ESTIMATE_COLOR))
+    assert estimate_rows.min() < gt_rows.min()
+    assert estimate_rows.max() < gt_rows.max()
 
 
 def test_a_miss_has_no_orange(data):
     image, target, info = case(data)
     black = np.zeros((image.camera.height, image.camera.width, 3), np.uint8)
     crop = close_up(black, image.camera, info, target.T_camera_object, None)
-    assert near(crop, TRUE_COLOR).sum() > 200
+    assert near(crop, GT_COLOR).sum() > 200
     assert not near(crop, ESTIMATE_COLOR).any()
 
 
@@ -58,7 +58,7 @@ def test_the_drawn_box_encloses_the_object_in_the_image(data):
         np.repeat(data.mask(image, target.gt_index)[..., None] * np.uint8(255), 3, axis=2),
         image.camera, info, target.T_camera_object, None,
     )  # fmt: skip
-    sampled = np.argwhere(near(crop, TRUE_COLOR))
+    sampled = np.argwhere(near(crop, GT_COLOR))
     white = np.argwhere(near(crop, (255, 255, 255), 60))
     assert (sampled.min(axis=0) <= white.min(axis=0) + 3).all()
     assert (sampled.max(axis=0) >= white.max(axis=0) - 3).all()
@@ -75,7 +75,7 @@ def test_an_estimate_behind_the_camera_still_gives_an_image(data):
 def test_frames_have_the_width_requested_for(data):
     image = data.images("test")[0]
     assert frame_with_boxes(data, image, 640).shape == (240, 640, 3)
-    assert near(frame_with_boxes(data, image, 640), TRUE_COLOR).sum() > 300
+    assert near(frame_with_boxes(data, image, 640), GT_COLOR).sum() > 300
     assert depth_frame(data, image, 160).shape == (60, 160, 3)
 
 

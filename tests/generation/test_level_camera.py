@@ -56,7 +56,7 @@ def calib(root: Path, frame: int) -> dict[str, np.ndarray]:
     return {key: np.array(row.split(), float).reshape(3, -1) for key, row in rows.items()}
 
 
-def true_camera(root: Path, frame: int) -> tuple[np.ndarray, np.ndarray]:
+def gt_camera(root: Path, frame: int) -> tuple[np.ndarray, np.ndarray]:
     """Return K and T_world_camera as BOP and the scene record have them."""
     scene = json.loads((root / "bop" / "train" / "000000" / "scene_camera.json").read_text())[str(frame)]
     record = json.loads((root / "scenes" / "000000.json").read_text())["observations"][frame]
@@ -82,7 +82,7 @@ def test_the_dataset_holds_its_checks_and_its_manifest_says_so(made) -> None:
 @pytest.mark.parametrize("frame", [0, 1, 2])
 def test_depth_is_what_rays_from_the_level_camera_meet(made, frame: int) -> None:
     root, own = made
-    K, (_, T) = calib(root, frame)["P2"][:, :3], true_camera(root, frame)
+    K, (_, T) = calib(root, frame)["P2"][:, :3], gt_camera(root, frame)
     steps = cv2.imread(str(kitti(root, "depth_clean_2", frame)), cv2.IMREAD_UNCHANGED)
     rng = np.random.default_rng(frame)
     u, v = rng.integers(0, steps.shape[1], 4000), rng.integers(0, steps.shape[0], 4000)
@@ -96,8 +96,8 @@ def test_depth_is_what_rays_from_the_level_camera_meet(made, frame: int) -> None
 @pytest.mark.parametrize("frame", [0, 1, 2])
 def test_bops_image_warped_by_the_homography_is_kittis(made, frame: int) -> None:
     root, _ = made
-    K_true, T = true_camera(root, frame)
-    H = calib(root, frame)["P2"][:, :3] @ level_axes(T).T @ T[:3, :3] @ np.linalg.inv(K_true)
+    K_gt, T = gt_camera(root, frame)
+    H = calib(root, frame)["P2"][:, :3] @ level_axes(T).T @ T[:3, :3] @ np.linalg.inv(K_gt)
     level = cv2.imread(str(kitti(root, "image_clean_2", frame)), cv2.IMREAD_GRAYSCALE)
     true = cv2.imread(str(root / "bop" / "train" / "000000" / "rgb_clean" / f"{frame:06d}.png"), cv2.IMREAD_GRAYSCALE)
     size = level.shape[::-1]

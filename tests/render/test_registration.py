@@ -42,11 +42,11 @@ def test_masks_and_depth_lie_where_the_camera_projects(renderer: Renderer) -> No
         outline = cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float)
         mask_offsets.append(np.array([columns.mean(), rows.mean()]) - polygon_centroid(outline))
         rays = all_rays[rows, columns]
-        true_depth, normals = ray_box_depth(T_camera_object, rays)
+        gt_depth, normals = ray_box_depth(T_camera_object, rays)
         # On the plane n.p = c: z = c / (n.ray), whose derivatives by u and v say how far the image would have to move.
         facing = (normals * rays).sum(axis=-1, keepdims=True)
-        per_pixel = -true_depth[:, None] * normals[:, :2] / (facing * [OFF_CENTRE.fx, OFF_CENTRE.fy])
-        error = buffers.depth[rows, columns] - true_depth
+        per_pixel = -gt_depth[:, None] * normals[:, :2] / (facing * [OFF_CENTRE.fx, OFF_CENTRE.fy])
+        error = buffers.depth[rows, columns] - gt_depth
         same_face = np.abs(error) < 0.02
         assert same_face.mean() > 0.97
         depth_offsets.append(np.linalg.lstsq(per_pixel[same_face], error[same_face], rcond=None)[0])

@@ -11,8 +11,8 @@ from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.groups import lidar_points, split_name
-from warehouse_sim.benchmark.recorded.entries import TRIVIAL
-from warehouse_sim.benchmark.recorded.score import face_rows, find_recorded, trivial_group
+from warehouse_sim.benchmark.recorded.entries import BASELINE
+from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded
 from warehouse_sim.benchmark.report.markdown import page
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
@@ -222,7 +222,7 @@ def _on_recorded(run: _Run, data: Path | None) -> list[Row]:
             name = item.path.resolve().name
             run.opened[name] = Opened(MadeSet(name, item.path), DatasetReader(item.path), {}, item.split)
         else:
-            run.groups += [] if TRIVIAL in {group.name for group in run.groups} else [trivial_group()]
+            run.groups += [] if BASELINE in {group.name for group in run.groups} else [baseline_group()]
             rows += _of_faces(run, item.path)
     evaluated = {name: ConditionConfig(name) for name in run.opened}
     run.suite = replace(run.suite, conditions=evaluated)
@@ -272,7 +272,7 @@ def _ask_ahead(run: _Run, evaluated: Sequence[tuple[str, ConditionConfig, Entran
 
 
 def _evaluated(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:
-    groups = [group for group in groups if group.name != TRIVIAL]
+    groups = [group for group in groups if group.name != BASELINE]
     if not condition.estimators:
         return list(groups)
     return [group for group in groups if group.name in condition.estimators or not _is_evaluated(group)]

@@ -145,10 +145,10 @@ def _over_width(models: ErrorModels) -> ErrorOf:
         T_estimated: Transforms, targets: Sequence[TargetRecord], images: Sequence[ImageRecord]
     ) -> Float[np.ndarray, " n"]:
         K = np.stack([image.camera.K for image in images])
-        T_true = np.stack([target.T_camera_object for target in targets])
+        T_gt = np.stack([target.T_camera_object for target in targets])
         symmetry, points = models.info(targets[0]).symmetry, models.points(targets[0]).surface
         widths = np.array([image.camera.width for image in images])
-        return mspd(T_estimated, T_true, symmetry, K, points) * (640.0 / widths) / 100.0
+        return mspd(T_estimated, T_gt, symmetry, K, points) * (640.0 / widths) / 100.0
 
     return error_of
 

@@ -125,13 +125,13 @@ def _missed(count: int, has_pockets: bool) -> dict[str, Any]:
 
 
 def _pose_columns(
-    T_estimated: Transforms, T_true: Transforms, info: ObjectInfo, points: ErrorPoints
+    T_estimated: Transforms, T_gt: Transforms, info: ObjectInfo, points: ErrorPoints
 ) -> tuple[dict[str, Any], Transforms]:
     """Return what does not depend on a side, and the estimates in the object frame under the best symmetry."""
-    alike = estimates_in_object(T_estimated, T_true, info.symmetry)
+    alike = estimates_in_object(T_estimated, T_gt, info.symmetry)
     least = least_in_shape = add(alike, points.surface).min(axis=-1)
     if info.shape_symmetry is not info.symmetry:
-        same_shape = estimates_in_object(T_estimated, T_true, info.shape_symmetry)
+        same_shape = estimates_in_object(T_estimated, T_gt, info.shape_symmetry)
         least_in_shape = add(same_shape, points.surface).min(axis=-1)
     best, _ = nearest_symmetry(alike, points.hull)
     close = (translation_error(alike) < 0.05) & (rotation_error(alike) < np.deg2rad(5.0))

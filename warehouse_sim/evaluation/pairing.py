@@ -121,9 +121,9 @@ def mssd_if_near(models: ErrorModels) -> ErrorOf:
         T_estimated: Transforms, targets: Sequence[TargetRecord], _: Sequence[ImageRecord]
     ) -> Float[np.ndarray, " n"]:
         info, points = models.info(targets[0]), models.points(targets[0])
-        T_true = np.concatenate([target.T_camera_object for target in targets]).reshape(-1, 4, 4)
-        errors = mssd(estimates_in_object(T_estimated, T_true, info.symmetry), points.hull).min(axis=-1)
-        distance = np.linalg.norm(T_estimated[:, :3, 3] - T_true[:, :3, 3], axis=-1)
+        T_gt = np.concatenate([target.T_camera_object for target in targets]).reshape(-1, 4, 4)
+        errors = mssd(estimates_in_object(T_estimated, T_gt, info.symmetry), points.hull).min(axis=-1)
+        distance = np.linalg.norm(T_estimated[:, :3, 3] - T_gt[:, :3, 3], axis=-1)
         return np.where(distance < info.diameter, errors, np.inf)
 
     return error_of

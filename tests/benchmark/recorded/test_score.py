@@ -8,7 +8,7 @@ import pytest
 
 from tests.benchmarks.test_recorded_faces import face
 from tests.dataset.kitti_folder import write_street
-from warehouse_sim.benchmark.recorded.entries import TRIVIAL
+from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import find_recorded
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
@@ -38,7 +38,7 @@ def test_what_can_be_scored_is_and_the_rest_is_said(folder: Path, tmp_path: Path
     result = run_suite(suite, ("oracle", "shuffled", "rectangle-fit"), config=config, data=folder)
     docked = {row.estimator: row.value for row in result.rows if "masks: label, gravity: label" in row.condition}
     assert docked["oracle"] == 1.0
-    assert TRIVIAL in docked
+    assert BASELINE in docked
     assert docked["shuffled"] == 0.0, "of a single frame there is no other to take the pose of"
     assert all(row.interval[0] < row.interval[1] for row in result.rows)
     assert any("boxes: 1 images, 1 masks, no poses" in note for note in result.notes)

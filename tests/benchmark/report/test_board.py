@@ -32,7 +32,7 @@ def test_the_order_is_by_value_and_ties_share_their_ranks() -> None:
     found = board(ROWS)
     assert [(place.name, place.rank, place.kind) for place in found.places] == [
         ("oracle", "", "oracle"),
-        ("rectangle-fit+lidar", "", "trivial"),
+        ("rectangle-fit+lidar", "", "baseline"),
         ("first", "1–2", ""),
         ("tied", "1–2", ""),
         ("behind", "3–4", ""),

@@ -186,4 +186,4 @@ def test_colours_and_marks_together_are_nobody_elses() -> None:
     facts = [EstimatorFacts(f"net {k}", 1) for k in range(40)] + [EstimatorFacts("rectangle-fit+lidar", 0)]
     looks = looks_of(facts)
     assert len({(look.color, look.mark) for look in looks.values()}) == 41
-    assert looks["rectangle-fit+lidar"].kind == "trivial"
+    assert looks["rectangle-fit+lidar"].kind == "baseline"

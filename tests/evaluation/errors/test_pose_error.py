@@ -20,16 +20,16 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 HALF_TURN = make_transform(rotation_z(np.pi))
 
 
-def symmetric_add(T_estimated, T_true, symmetry=SYMMETRY):
-    return add(estimates_in_object(T_estimated, T_true, symmetry), surface()).min(axis=-1)
+def symmetric_add(T_estimated, T_gt, symmetry=SYMMETRY):
+    return add(estimates_in_object(T_estimated, T_gt, symmetry), surface()).min(axis=-1)
 
 
-def symmetric_mssd(T_estimated, T_true, symmetry=SYMMETRY):
-    return mssd(estimates_in_object(T_estimated, T_true, symmetry), CORNERS).min(axis=-1)
+def symmetric_mssd(T_estimated, T_gt, symmetry=SYMMETRY):
+    return mssd(estimates_in_object(T_estimated, T_gt, symmetry), CORNERS).min(axis=-1)
 
 
-def legacy_add_s(T_estimated, T_true):
-    return add_s(np.linalg.inv(T_true) @ T_estimated, surface(), KDTree(surface()))
+def legacy_add_s(T_estimated, T_gt):
+    return add_s(np.linalg.inv(T_gt) @ T_estimated, surface(), KDTree(surface()))
 
 
 def random_pairs(count: int = 60):
@@ -79,15 +79,15 @@ def test_a_symmetric_replacement_of_ground_truth_or_estimate_changes_nothing(err
 
 def test_add_and_mssd_equal_the_definitions_point_by_point():
     estimated, true = random_pairs(8)
-    for T_estimated, T_true in zip(estimated, true, strict=True):
+    for T_estimated, T_gt in zip(estimated, true, strict=True):
         means, maxima = [], []
         for S in SYMMETRY.transforms:
             guess = surface() @ (T_estimated[:3, :3]).T + T_estimated[:3, 3]
-            gt = (surface() @ S[:3, :3].T + S[:3, 3]) @ T_true[:3, :3].T + T_true[:3, 3]
+            gt = (surface() @ S[:3, :3].T + S[:3, 3]) @ T_gt[:3, :3].T + T_gt[:3, 3]
             means.append(np.linalg.norm(guess - gt, axis=1).mean())
             maxima.append(np.linalg.norm(guess - gt, axis=1).max())
-        assert symmetric_add(T_estimated, T_true) == pytest.approx(min(means))
-        assert symmetric_mssd(T_estimated, T_true) == pytest.approx(min(maxima))
+        assert symmetric_add(T_estimated, T_gt) == pytest.approx(min(means))
+        assert symmetric_mssd(T_estimated, T_gt) == pytest.approx(min(maxima))
 
 
 def test_add_s_measures_from_true_points_to_estimated_points():

@@ -58,12 +58,12 @@ def test_masks_amodal_masks_and_depth_lie_where_the_camera_projects(
     for T_camera_object in placements(camera, 20 if camera is FISHEYE else 60):
         T_world_camera = invert(T_camera_object)
         buffers = behind_lens.render(camera, T_world_camera)
-        true_depth = ray_box_depth(T_camera_object, rays)[0].reshape(camera.height, camera.width)
-        mask, gt = buffers.instance_mask == 1, true_depth > 0
+        gt_depth = ray_box_depth(T_camera_object, rays)[0].reshape(camera.height, camera.width)
+        mask, gt = buffers.instance_mask == 1, gt_depth > 0
         offsets.append(np.argwhere(mask).mean(axis=0) - np.argwhere(gt).mean(axis=0))
         differing += np.count_nonzero(mask != gt)
         outline += np.count_nonzero(gt & ~np.roll(gt, 1, axis=1)) + np.count_nonzero(gt & ~np.roll(gt, 1, 0))
-        errors.append(np.abs(buffers.depth - true_depth)[mask & gt])
+        errors.append(np.abs(buffers.depth - gt_depth)[mask & gt])
         (amodal_mask,) = behind_lens.amodal_masks(camera, T_world_camera, scene.instances)
         left, top = amodal_mask.offset
         height, width = amodal_mask.mask.shape

@@ -5,7 +5,7 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.sensors.stereo import SgbmConfig, match_sgbm, true_disparity
+from warehouse_sim.sensors.stereo import SgbmConfig, gt_disparity, match_sgbm
 from warehouse_sim.sensors.stereo.read import both_see, match
 
 CAMERA = PinholeCamera(320, 200, 240.0, 240.0, 158.2, 101.7, Distortion(k1=-0.3, k2=0.1, p1=0.002))
@@ -19,7 +19,7 @@ def board_depth(eye: float) -> np.ndarray:
 
 
 def test_both_see_what_is_neither_hidden_nor_outside() -> None:
-    left, right = (true_disparity(board_depth(eye), CAMERA.fx, BASELINE) for eye in (0.0, BASELINE))
+    left, right = (gt_disparity(board_depth(eye), CAMERA.fx, BASELINE) for eye in (0.0, BASELINE))
     found = both_see(left, right, CAMERA)
     points = CAMERA.rays() * board_depth(0.0)[..., None].astype(float)
     crossing = points + (np.array([BASELINE, 0.0, 0.0]) - points) * ((points[..., 2:] - NEAR) / points[..., 2:])
@@ -43,7 +43,7 @@ def test_matching_needs_straight_rows_and_gets_them() -> None:
         return cv2.remap(paint, *place, cv2.INTER_LINEAR), depth.astype(np.float32)
 
     (left, depth), (right, _) = seen_from(0.0), seen_from(BASELINE)
-    true = true_disparity(depth, CAMERA.fx, BASELINE)
+    true = gt_disparity(depth, CAMERA.fx, BASELINE)
     found = match(left, right, SgbmConfig(disparities=64), CAMERA)
     known = found > 0
     assert known.mean() > 0.8

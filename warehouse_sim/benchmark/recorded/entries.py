@@ -17,7 +17,7 @@ from warehouse_sim.evaluation.docking.fork import ForkConfig, approached_face, d
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import PoseEstimate
 
-TRIVIAL = "plane and rectangle"
+BASELINE = "plane and rectangle"
 GRAVITY = ("none", "label", "label, 0.3 deg off")
 MASKS = ("label", "dilated by 5 px", "box")
 _OFF_DEG = 0.3

@@ -1,4 +1,4 @@
-"""The trivial answer to where a fork goes in: the plane that most pixels are on, and the middle of their rectangle.
+"""The baseline for pallet faces: the plane that most pixels are on, and the middle of their rectangle.
 
 Nothing of it is taken from an estimator of the package. It knows neither pockets nor posts: the fork goes to the middle
 of the rectangle about what is on the plane.

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group, Oracle, Shuffled
-from warehouse_sim.benchmark.recorded.entries import GRAVITY, MASKS, TRIVIAL, entries
+from warehouse_sim.benchmark.recorded.entries import BASELINE, GRAVITY, MASKS, entries
 from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in, read_faces
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import DRAWS
@@ -70,9 +70,9 @@ def _recorded(path: Path) -> Recorded:
     return Recorded(path, "other", f"{path.name}: {what}; predict and inspect take it")
 
 
-def trivial_group() -> Group:
+def baseline_group() -> Group:
     """Return the baseline for faces, which answers without an estimator."""
-    return Group(TRIVIAL, (Oracle(TRIVIAL),))
+    return Group(BASELINE, (Oracle(BASELINE),))
 
 
 def face_rows(group: Group, folder: Path) -> Iterator[Row]:
@@ -119,7 +119,7 @@ def _as_elsewhere(face: RecordedFace, faces: Sequence[RecordedFace]) -> Entry | 
 
 def _entries(group: Group, faces: Sequence[RecordedFace], masks: str, gravity: str) -> list[Entry | None]:
     member = group.members[0]
-    if group.name == TRIVIAL:
+    if group.name == BASELINE:
         return entries(None, {}, faces, masks, gravity)
     if isinstance(member, Oracle):
         return [drive_in(face, face.T_camera_dock, list(face.pockets[:, 1:]), ForkConfig()) for face in faces]

@@ -1,4 +1,4 @@
-"""How everybody of a result looks in all of its charts: one colour and one mark each, references in grey."""
+"""The colour and mark of each estimator in all charts of a result; references are grey."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ from typing import Any, Literal
 from warehouse_sim.benchmark.result import EstimatorFacts
 from warehouse_sim.evaluation.report.figure import PALETTE
 
-Kind = Literal["", "oracle", "chance", "trivial"]
+Kind = Literal["", "oracle", "chance", "baseline"]
 _KINDS: dict[str, Kind] = {
     "oracle": "oracle",
     "shuffled": "chance",
-    "rectangle-fit": "trivial",
-    "plane and rectangle": "trivial",
+    "rectangle-fit": "baseline",
+    "plane and rectangle": "baseline",
 }
 _COLORS = (*PALETTE[:5], "#b08a00", "#1797b5", "#d35fb0", "#7a9a1d", "#9a6b48")
 _MARKS = (("o", "●"), ("s", "■"), ("^", "▲"), ("D", "◆"), ("v", "▼"), ("P", "✚"), ("X", "✖"))
@@ -21,20 +21,20 @@ _GREY = "#7d8792"
 _REFERENCES: dict[str, tuple[tuple[str, str], Any]] = {
     "oracle": (("|", "┆"), (0, (1, 2))),
     "chance": (("x", "×"), (0, (1, 2))),
-    "trivial": (("*", "★"), (0, (5, 2))),
+    "baseline": (("*", "★"), (0, (5, 2))),
 }
 _LONGEST = 34
 
 
 @dataclass(frozen=True)
 class Look:
-    """What stands for an estimator in charts."""
+    """Colour and mark of an estimator in charts."""
 
     number: int
     """Its place among the estimators of the result; names in a chart's elements are made of it."""
     name: str
     kind: Kind
-    """What it stands beside the others for, where it is a reference: the ground truth, chance, or the baseline."""
+    """Which reference it is: the ground truth, chance, a baseline; empty for all others."""
     color: str
     mark: str
     """Of matplotlib."""
@@ -44,12 +44,12 @@ class Look:
 
     @property
     def short(self) -> str:
-        """The name, cut in the middle where a chart has no clearance for it."""
+        """The name, cut in the middle where it is too long for a chart."""
         return shortened(self.name)
 
     @property
     def is_bound(self) -> bool:
-        """Whether it is the ground truth or chance, which say what a score can be, not who is better."""
+        """Whether it is the ground truth or chance: bounds of a score, not competitors."""
         return self.kind in ("oracle", "chance")
 
 

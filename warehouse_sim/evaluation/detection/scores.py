@@ -121,8 +121,8 @@ def _compare(
         return Seen(image.scene_id, scores, wanted, overlap, None if found else overlap)
     shape = image.camera.height, image.camera.width
     masks = np.stack([np.asarray(item.mask, dtype=bool) for item in found])
-    true_masks = [reader.mask_visible(image, item.gt_index) for item in targets]
-    other = np.stack(true_masks) if true_masks else np.zeros((0, *shape), dtype=bool)
+    gt_masks = [reader.mask_visible(image, item.gt_index) for item in targets]
+    other = np.stack(gt_masks) if gt_masks else np.zeros((0, *shape), dtype=bool)
     shared, size = mask_intersections(masks, other), masks.sum(axis=(1, 2))[:, None].astype(float)
     union = np.where(wanted, size + other.sum(axis=(1, 2)) - shared, size)
     return Seen(image.scene_id, scores, wanted, overlap, shared / np.maximum(union, 1.0))

@@ -23,7 +23,7 @@ BOP_DELTA = 0.015
 
 def vsd(
     depth_estimated: Float[np.ndarray, "h w"],
-    depth_true: Float[np.ndarray, "h w"],
+    depth_gt: Float[np.ndarray, "h w"],
     depth_seen: Float[np.ndarray, "h w"],
     camera: PinholeCamera,
     diameter: float,
@@ -37,7 +37,7 @@ def vsd(
 
     Args:
         depth_estimated: The object alone in the estimated pose (m along z, 0 = none).
-        depth_true: The object alone in the true pose.
+        depth_gt: The object alone in the true pose.
         depth_seen: What the sensor read.
         camera: Of the images; its lens does not count.
         diameter: Of the object (m).
@@ -45,11 +45,11 @@ def vsd(
         delta: How far behind the reading a surface counts as visible (m).
     """
     rays = _ray_lengths(camera)
-    estimated, true, seen = rays * depth_estimated, rays * depth_true, rays * depth_seen
+    estimated, true, seen = rays * depth_estimated, rays * depth_gt, rays * depth_seen
     # In 32 bits, as the public reference compares them: pixels at the very limit would fall to the other side.
-    visible_true = _in_view(true, seen, delta)
-    visible_estimated = _in_view(estimated, seen, delta) | (visible_true & (estimated > 0.0))
-    both, either = visible_true & visible_estimated, int((visible_true | visible_estimated).sum())
+    visible_gt = _in_view(true, seen, delta)
+    visible_estimated = _in_view(estimated, seen, delta) | (visible_gt & (estimated > 0.0))
+    both, either = visible_gt & visible_estimated, int((visible_gt | visible_estimated).sum())
     if either == 0:
         return np.ones(len(taus))
     apart = np.abs(true[both] - estimated[both]) / diameter

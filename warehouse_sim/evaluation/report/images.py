@@ -15,7 +15,7 @@ from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, transform_points
 
-TRUE_COLOR: Color = (46, 204, 113)
+GT_COLOR: Color = (46, 204, 113)
 ESTIMATE_COLOR: Color = (255, 150, 0)
 _RIM_COLOR: Color = (16, 20, 24)
 _RIM_STRENGTH = 0.55
@@ -47,7 +47,7 @@ def frame_with_boxes(data: DatasetReader, image: ImageRecord, width: int) -> Ima
     camera = image.camera.crop(0.0, 0.0, width, height, scale)
     canvas = _resize(data.rgb(image), width, height)
     for target in image.targets:
-        draw_box_3d(canvas, camera, target.T_camera_object, target.info(data.objects).size, TRUE_COLOR, 1)
+        draw_box_3d(canvas, camera, target.T_camera_object, target.info(data.objects).size, GT_COLOR, 1)
     return canvas
 
 
@@ -57,7 +57,7 @@ def depth_frame(data: DatasetReader, image: ImageRecord, width: int) -> Image:
 
 
 def close_up(
-    rgb: Image, camera: PinholeCamera, info: ObjectInfo, T_true: Transform, T_estimated: Transform | None
+    rgb: Image, camera: PinholeCamera, info: ObjectInfo, T_gt: Transform, T_estimated: Transform | None
 ) -> Image:
     """Return a window around an object with its true and, if there is one, its estimated box and pockets.
 
@@ -65,10 +65,10 @@ def close_up(
         rgb: The whole image.
         camera: Its intrinsics.
         info: The object.
-        T_true: ``T_camera_object`` of the ground truth.
+        T_gt: ``T_camera_object`` of the ground truth.
         T_estimated: ``T_camera_object`` of the estimate, or None.
     """
-    poses = [DrawnPose(T_true, TRUE_COLOR, 3)]
+    poses = [DrawnPose(T_gt, GT_COLOR, 3)]
     if T_estimated is not None:
         poses.append(DrawnPose(T_estimated, ESTIMATE_COLOR, 2))
     left, top, width, height = _window(camera, info, [pose.T_camera_object for pose in poses])

@@ -1,7 +1,7 @@
 """A second camera to the right of the first: what it reads, and disparities, true and matched."""
 
 from warehouse_sim.sensors.stereo.config import SgbmConfig, StereoConfig
-from warehouse_sim.sensors.stereo.disparity import match_sgbm, seen_in_both, true_disparity
+from warehouse_sim.sensors.stereo.disparity import gt_disparity, match_sgbm, seen_in_both
 from warehouse_sim.sensors.stereo.read import StereoCamera, T_camera_right, read_stereo
 
 __all__ = [
@@ -9,8 +9,8 @@ __all__ = [
     "StereoCamera",
     "StereoConfig",
     "T_camera_right",
+    "gt_disparity",
     "match_sgbm",
     "read_stereo",
     "seen_in_both",
-    "true_disparity",
 ]

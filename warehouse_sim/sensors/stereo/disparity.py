@@ -12,7 +12,7 @@ _SAME_PX = 1.0
 """How far apart disparities of one surface may be in the two images (px)."""
 
 
-def true_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
+def gt_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
     """Return the disparity ``d = f b / z`` (px) of a clean depth image (m), 0 where there is nothing.
 
     What the left camera sees at column u, the right one has at u - d, unless something hides it there.

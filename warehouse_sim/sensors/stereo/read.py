@@ -17,7 +17,7 @@ from warehouse_sim.schema import CAMERA, RenderBuffers, RgbdReading, StereoReadi
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
 from warehouse_sim.sensors.stereo.config import SgbmConfig, StereoConfig
-from warehouse_sim.sensors.stereo.disparity import match_sgbm, seen_in_both, true_disparity
+from warehouse_sim.sensors.stereo.disparity import gt_disparity, match_sgbm, seen_in_both
 from warehouse_sim.sensors.view import SensorView
 
 
@@ -138,7 +138,7 @@ def read_stereo(
         rng: Source of the right image's errors alone.
     """
     right_rgb = read_color(right, right_capture, color, rng)
-    disparities = [true_disparity(seen.depth, right_capture.camera.fx, config.baseline) for seen in (left, right)]
+    disparities = [gt_disparity(seen.depth, right_capture.camera.fx, config.baseline) for seen in (left, right)]
     return StereoReading(
         baseline=config.baseline,
         rgb=right_rgb,

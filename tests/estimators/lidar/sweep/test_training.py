@@ -52,7 +52,7 @@ def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return train("detector-sweep", toy_root, tmp_path_factory.mktemp("sweep") / "run", CONFIG, cache=Path("none"))
 
 
-def true_boxes(detector: TrainedSweepDetector, points: np.ndarray, ids: np.ndarray) -> np.ndarray:
+def gt_boxes(detector: TrainedSweepDetector, points: np.ndarray, ids: np.ndarray) -> np.ndarray:
     return id_boxes(range_image(points, detector.grid), ids, np.array([10, 11, 12]))
 
 
@@ -66,7 +66,7 @@ def test_it_finds_what_it_saw_wherever_the_lidar_is_turned(run: Path, toy_root: 
             points = transform_points(make_transform(rotation_z(yaw)), scan.points.astype(float))
             found, floor = detector.find(points)
             assert floor is not None
-            gt = true_boxes(detector, points, scan.instance_ids)
+            gt = gt_boxes(detector, points, scan.instance_ids)
             iou = ring_overlaps(np.array([item.box for item in found]).reshape(-1, 4), gt, 256)[0]
             requested += len(gt)
             right += int((iou.max(axis=0, initial=0.0) > 0.5).sum())

@@ -32,10 +32,10 @@ def normalised(T: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
     return torch.tensor(T[None, :3, :3]).float(), torch.tensor(T[None, :3, 3] / SCALE).float()
 
 
-def distance(T_predicted: np.ndarray, T_true: np.ndarray, symmetry: SymmetryLoss = "group") -> float:
+def distance(T_predicted: np.ndarray, T_gt: np.ndarray, symmetry: SymmetryLoss = "group") -> float:
     """Distance of two poses in metres."""
     rotation, translation = normalised(T_predicted)
-    gt = GroundTruth(*normalised(T_true), ONE_CLASS)
+    gt = GroundTruth(*normalised(T_gt), ONE_CLASS)
     return float(pose_distance(rotation[None], translation[None], gt, SHAPES, symmetry)[0, 0]) * SCALE
 
 
@@ -63,10 +63,10 @@ def test_distance_is_the_rms_distance_of_the_surface() -> None:
     rng = np.random.default_rng(0)
     points, _ = sample_surface(MESH, 100_000, np.random.default_rng(1))
     for _ in range(5):
-        T_true = pose(rng)
-        T = T_true @ make_transform(rotation_z(rng.normal(0, 0.2)) @ rotation_x(0.1), rng.normal(0, 0.05, 3))
-        moved = transform_points(T, points) - transform_points(T_true, points)
-        assert distance(T, T_true) == pytest.approx(np.sqrt((moved**2).sum(axis=1).mean()), rel=1e-4)
+        T_gt = pose(rng)
+        T = T_gt @ make_transform(rotation_z(rng.normal(0, 0.2)) @ rotation_x(0.1), rng.normal(0, 0.05, 3))
+        moved = transform_points(T, points) - transform_points(T_gt, points)
+        assert distance(T, T_gt) == pytest.approx(np.sqrt((moved**2).sum(axis=1).mean()), rel=1e-4)
 
 
 def test_without_symmetry_look_alikes_are_told_apart() -> None:
@@ -80,10 +80,10 @@ def test_without_symmetry_look_alikes_are_told_apart() -> None:
 def test_nearest_point_distance_is_add_s() -> None:
     rng = np.random.default_rng(3)
     for _ in range(3):
-        T_true = pose(rng)
-        T = T_true @ make_transform(rotation_z(rng.normal(0, 0.3)), rng.normal(0, 0.05, 3))
-        far, _ = cKDTree(transform_points(T_true, SURFACE)).query(transform_points(T, SURFACE))
-        assert distance(T, T_true, "nearest") == pytest.approx(far.mean(), rel=2e-3)
+        T_gt = pose(rng)
+        T = T_gt @ make_transform(rotation_z(rng.normal(0, 0.3)), rng.normal(0, 0.05, 3))
+        far, _ = cKDTree(transform_points(T_gt, SURFACE)).query(transform_points(T, SURFACE))
+        assert distance(T, T_gt, "nearest") == pytest.approx(far.mean(), rel=2e-3)
 
 
 def test_nearest_points_are_for_symmetric_classes_only() -> None:
@@ -115,11 +115,11 @@ def test_the_nearest_equivalent_is_chosen_for_each_prediction() -> None:
 
 def test_mixed_precision_does_not_reach_the_distance() -> None:
     rng = np.random.default_rng(4)
-    T_true, T = pose(rng), pose(rng)
+    T_gt, T = pose(rng), pose(rng)
     for symmetry in ("group", "none", "nearest"):
-        exact = distance(T, T_true, symmetry)
+        exact = distance(T, T_gt, symmetry)
         with torch.autocast("cpu", torch.bfloat16):
-            assert distance(T, T_true, symmetry) == exact
+            assert distance(T, T_gt, symmetry) == exact
 
 
 def test_quaternions_may_have_any_length_and_sign() -> None:

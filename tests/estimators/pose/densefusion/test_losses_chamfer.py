@@ -36,10 +36,10 @@ def normalised(T: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
     return torch.tensor(T[None, :3, :3]).float(), torch.tensor(T[None, :3, 3] / SCALE).float()
 
 
-def distance(T: np.ndarray, T_true: np.ndarray, squared: bool, surface: np.ndarray = SURFACE) -> float:
+def distance(T: np.ndarray, T_gt: np.ndarray, squared: bool, surface: np.ndarray = SURFACE) -> float:
     """In metres, or square metres."""
     rotation, translation = normalised(T)
-    gt = GroundTruth(*normalised(T_true), ONE_CLASS)
+    gt = GroundTruth(*normalised(T_gt), ONE_CLASS)
     found = chamfer_distance(rotation[None], translation[None], gt, shapes_with(surface), squared)
     return float(found[0, 0]) * (SCALE**2 if squared else SCALE)
 
@@ -56,20 +56,20 @@ def pairs(count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
 @pytest.mark.parametrize("squared", [False, True])
 def test_it_is_the_slow_count_of_two_loops(squared: bool) -> None:
     few = SURFACE[:23]
-    for T, T_true in pairs():
-        a, b = transform_points(T, few), transform_points(T_true, few)
+    for T, T_gt in pairs():
+        a, b = transform_points(T, few), transform_points(T_gt, few)
         table = np.array([[sum((p - q) ** 2) for q in b] for p in a])
         table = table if squared else np.sqrt(table)
         slow = np.mean([min(row) for row in table]) + np.mean([min(column) for column in table.T])
-        assert distance(T, T_true, squared, few) == pytest.approx(slow, rel=1e-4)
+        assert distance(T, T_gt, squared, few) == pytest.approx(slow, rel=1e-4)
 
 
 @pytest.mark.parametrize("squared", [False, True])
 def test_it_is_what_trees_and_open3d_measure(squared: bool) -> None:
     open3d = pytest.importorskip("open3d")
     power = 2 if squared else 1
-    for T, T_true in pairs():
-        a, b = transform_points(T, SURFACE), transform_points(T_true, SURFACE)
+    for T, T_gt in pairs():
+        a, b = transform_points(T, SURFACE), transform_points(T_gt, SURFACE)
         trees = np.mean(cKDTree(b).query(a)[0] ** power) + np.mean(cKDTree(a).query(b)[0] ** power)
         clouds = [open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points)) for points in (a, b)]
         there, back = (
@@ -77,7 +77,7 @@ def test_it_is_what_trees_and_open3d_measure(squared: bool) -> None:
             clouds[1].compute_point_cloud_distance(clouds[0]),
         )
         theirs = np.mean(np.asarray(there) ** power) + np.mean(np.asarray(back) ** power)
-        assert distance(T, T_true, squared) == pytest.approx(trees, rel=1e-4)
+        assert distance(T, T_gt, squared) == pytest.approx(trees, rel=1e-4)
         assert theirs == pytest.approx(trees, rel=1e-9)
 
 
@@ -126,9 +126,9 @@ def test_look_alikes_cost_nothing_with_the_points_that_a_run_keeps(toy_root: Pat
 
 
 def test_metres_scale_with_the_object_and_squares_with_its_square() -> None:
-    (T, T_true), *_ = pairs()
+    (T, T_gt), *_ = pairs()
     rotation, translation = normalised(T)
-    gt, shapes = GroundTruth(*normalised(T_true), ONE_CLASS), shapes_with(SURFACE)
+    gt, shapes = GroundTruth(*normalised(T_gt), ONE_CLASS), shapes_with(SURFACE)
     for name, power in (("surface", 1), ("chamfer", 1), ("chamfer-squared", 2)):
         ours, metres = (
             float(loss_distance(rotation[None], translation[None], gt, shapes, LossConfig(distance=name, unit=unit)))
@@ -138,10 +138,10 @@ def test_metres_scale_with_the_object_and_squares_with_its_square() -> None:
 
 
 def test_mixed_precision_does_not_reach_it() -> None:
-    (T, T_true), *_ = pairs()
-    exact = distance(T, T_true, False)
+    (T, T_gt), *_ = pairs()
+    exact = distance(T, T_gt, False)
     with torch.autocast("cpu", torch.bfloat16):
-        assert distance(T, T_true, False) == exact
+        assert distance(T, T_gt, False) == exact
 
 
 @pytest.mark.parametrize(

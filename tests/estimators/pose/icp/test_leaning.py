@@ -40,7 +40,7 @@ def side(rng: np.random.Generator, count: int, axis: int, sign: float) -> np.nda
 
 
 def fitted(
-    T_true: np.ndarray,
+    T_gt: np.ndarray,
     points: np.ndarray,
     along_ray: np.ndarray,
     gravity: bool = True,
@@ -48,7 +48,7 @@ def fitted(
     grazing: float = 0.0,
 ) -> np.ndarray:
     """Return the pose found, from upright, of points of the box (object frame) whose ranges err by so much (m)."""
-    placed = transform_points(T_true, points)
+    placed = transform_points(T_gt, points)
     placed = placed * (1.0 + along_ray / np.linalg.norm(placed, axis=1))[:, None]
     placed = placed[np.random.default_rng(5).permutation(len(placed))]
     surface = build_surface(TriangleMesh(box_corners(SIZE), unit_box().faces), 20_000, np.random.default_rng(0))

@@ -15,7 +15,7 @@ MESH = epal1().mesh()
 SURFACE = build_surface(MESH, 20_000, np.random.default_rng(0))
 
 
-def true_pose(rng: np.random.Generator) -> np.ndarray:
+def gt_pose(rng: np.random.Generator) -> np.ndarray:
     turn = rotation_y(rng.uniform(-0.2, 0.2)) @ UPRIGHT @ rotation_z(rng.uniform(0.1, 0.3))
     return make_transform(turn, np.array([rng.uniform(-1, 1), 0.9, rng.uniform(3, 5)]))
 
@@ -49,7 +49,7 @@ def add(T_a: np.ndarray, T_b: np.ndarray) -> float:
 def test_recovers_a_known_perturbation_to_2_mm_on_clean_points() -> None:
     rng = np.random.default_rng(0)
     for _ in range(8):
-        T = true_pose(rng)
+        T = gt_pose(rng)
         start = perturbed(T, rng, 0.03, 0.03)
         result = refine_pose(start, seen(MESH, T, 600, rng))
         assert add(start, T) > 0.015
@@ -60,7 +60,7 @@ def test_noise_along_the_rays_does_not_bias_the_depth() -> None:
     rng = np.random.default_rng(1)
     errors, depths = [], []
     for _ in range(12):
-        T = true_pose(rng)
+        T = gt_pose(rng)
         result = refine_pose(perturbed(T, rng, 0.03, 0.03), seen(MESH, T, 800, rng, 0.03))
         errors.append(add(result, T))
         depths.append(result[2, 3] - T[2, 3])
@@ -72,7 +72,7 @@ def test_never_makes_the_fit_worse() -> None:
     rng = np.random.default_rng(2)
     config = IcpConfig()
     for _ in range(20):
-        T = true_pose(rng)
+        T = gt_pose(rng)
         points = seen(MESH, T, 200, rng, 0.05)
         start = perturbed(T, rng, rng.uniform(0, 0.5), rng.uniform(0, 1.0))
         result = refine_pose(start, points, config)
@@ -93,7 +93,7 @@ def test_never_makes_the_fit_worse() -> None:
 def test_a_batch_gives_what_its_objects_give_alone() -> None:
     rng = np.random.default_rng(5)
     other = build_surface(PALLET.mesh(), 5000, np.random.default_rng(0))
-    poses = [true_pose(rng) for _ in range(4)]
+    poses = [gt_pose(rng) for _ in range(4)]
     starts = np.stack([perturbed(T, rng, 0.03, 0.03) for T in poses])
     clouds = [seen(MESH, T, count, rng, 0.01) for T, count in zip(poses, (700, 300, 15, 90), strict=True)]
     surfaces = [SURFACE, other, SURFACE, other]
@@ -113,7 +113,7 @@ def test_a_better_mean_at_the_price_of_the_nearest_points_is_no_better_fit() -> 
 
 
 def test_the_fit_counts_each_point_up_to_the_gate_and_the_nearest_ones_in_full() -> None:
-    T = true_pose(np.random.default_rng(6))
+    T = gt_pose(np.random.default_rng(6))
     points = seen(MESH, T, 10, np.random.default_rng(6))
     points[7:] += [0.0, 0.0, -50.0]
     cloud = Cloud.of([points, points[:7]], 100)
@@ -124,13 +124,13 @@ def test_the_fit_counts_each_point_up_to_the_gate_and_the_nearest_ones_in_full()
 
 @pytest.mark.parametrize("points", [np.tile([[0.0, 0.0, 9.0]], (50, 1)), np.full((40, 3), 1e3)])
 def test_points_that_are_elsewhere_leave_the_pose_alone(points: np.ndarray) -> None:
-    T = true_pose(np.random.default_rng(3))
+    T = gt_pose(np.random.default_rng(3))
     np.testing.assert_array_equal(refine_pose(T, points), T)
 
 
 def test_works_on_the_few_points_of_a_far_target() -> None:
     rng = np.random.default_rng(4)
-    T = true_pose(rng)
+    T = gt_pose(rng)
     result = refine_pose(perturbed(T, rng, 0.02, 0.01), seen(MESH, T, 12, rng))
     assert np.isfinite(result).all()
     assert add(result, T) < 0.05

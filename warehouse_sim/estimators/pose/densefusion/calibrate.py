@@ -162,8 +162,8 @@ def measure(
         group = list(read_images(estimators[0], reader, images[start : start + at_once]))
         for estimator, rows in zip(estimators, found, strict=True):
             for item in estimator.estimate_all(group):
-                shape, T_true = shapes[item.obj_id], gt[item.scene_id, item.image_id, item.detection]
-                error = surface_distance(item.T_camera_object, T_true, shape) / shape.diameter
+                shape, T_gt = shapes[item.obj_id], gt[item.scene_id, item.image_id, item.detection]
+                error = surface_distance(item.T_camera_object, T_gt, shape) / shape.diameter
                 rows.append((item.score, error, item.scene_id))
         if report:
             report(min(1.0, (start + at_once) / len(images)))
@@ -184,13 +184,13 @@ def _part(progress: Progress, number: int, count: int) -> Callable[[float], None
     return lambda fraction: progress((number + fraction) / count, f"dataset {number + 1} of {count}")
 
 
-def surface_distance(T_estimate: Transform, T_true: Transform, shape: ObjectShape) -> float:
+def surface_distance(T_estimate: Transform, T_gt: Transform, shape: ObjectShape) -> float:
     """Return the RMS distance (m) of the surface between two poses, the best over the object's symmetries.
 
     With the surface's mean m and covariance C, and the poses' difference (D, d), its square is
     trace(D C D^T) + |D m + d|^2.
     """
-    equivalents = T_true @ np.reshape(shape.symmetries, (-1, 4, 4))
+    equivalents = T_gt @ np.reshape(shape.symmetries, (-1, 4, 4))
     difference = T_estimate - equivalents
     D, mean = difference[:, :3, :3], np.array(shape.centroid)
     spread = np.einsum("gij,jk,gik->g", D, np.reshape(shape.covariance, (3, 3)), D)

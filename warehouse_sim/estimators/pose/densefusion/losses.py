@@ -47,8 +47,8 @@ def pose_distance(
         placed = _place(rotation, translation, gt.class_index, shapes)
         if symmetry in ("group", "shape"):
             return _rms(placed - _nearest_equivalent(placed, gt, shapes))
-        true_pose = gt.rotation[:, None], gt.translation[:, None]
-        plain = _rms(placed - _place(*true_pose, gt.class_index, shapes))
+        gt_pose = gt.rotation[:, None], gt.translation[:, None]
+        plain = _rms(placed - _place(*gt_pose, gt.class_index, shapes))
         if symmetry == "none":
             return plain
         symmetric = shapes.is_symmetric()[gt.class_index]
@@ -237,10 +237,10 @@ def chamfer_distance(
             # Not by matrix products: their differences of squares lose the small distances.
             far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")
             far = far.view(*predicted.shape[:3], wanted.shape[1])
-            of_predicted, of_true = far.argmin(dim=3), far.argmin(dim=2)
+            of_predicted, of_gt = far.argmin(dim=3), far.argmin(dim=2)
         wanted = wanted[:, None].expand(-1, predicted.shape[1], -1, -1)
         there = _apart(predicted, _rows(wanted, of_predicted), squared)
-        back = _apart(wanted, _rows(predicted, of_true), squared)
+        back = _apart(wanted, _rows(predicted, of_gt), squared)
         return there.mean(dim=-1) + back.mean(dim=-1)
 
 

@@ -15,17 +15,17 @@ from warehouse_sim.estimators.pose.densefusion.settings import MaskNoiseConfig
 
 SIDE = OUTLINE_SIDE
 NEVER = MaskNoiseConfig(fraction=1, grow=0, wander=0, shift=0, hole=0, cut=0, merge=0, box=0)
-TRUE_MASK = np.zeros((SIDE, SIDE), dtype=np.uint8)
-TRUE_MASK[25:45, 20:60] = 1
-TRUE_MASK[25:32, 34:44] = 0
+GT_MASK = np.zeros((SIDE, SIDE), dtype=np.uint8)
+GT_MASK[25:45, 20:60] = 1
+GT_MASK[25:32, 34:44] = 0
 NEIGHBOUR = np.zeros((SIDE, SIDE), dtype=np.uint8)
 NEIGHBOUR[25:45, 62:78] = 1
 
 
 def whole_window(count: int) -> Labelled:
     """Every pixel of a window as a point, so that masks are pictures."""
-    within = cv2.distanceTransform(TRUE_MASK, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    beyond = cv2.distanceTransform(1 - TRUE_MASK, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    within = cv2.distanceTransform(GT_MASK, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    beyond = cv2.distanceTransform(1 - GT_MASK, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     signed = torch.from_numpy(within - beyond)
     v, u = np.mgrid[:SIDE, :SIDE].reshape(2, -1)
 
@@ -34,7 +34,7 @@ def whole_window(count: int) -> Labelled:
 
     return Labelled(
         signed.reshape(-1).expand(count, -1),
-        each(TRUE_MASK.ravel().astype(bool)),
+        each(GT_MASK.ravel().astype(bool)),
         each(NEIGHBOUR.ravel().astype(np.float32)),
         each(np.stack([u, v], axis=1).astype(np.float32)),
         torch.full((count,), float(SIDE)),
@@ -50,7 +50,7 @@ def pictures(config: MaskNoiseConfig, count: int = 64, seed: int = 0) -> np.ndar
 
 def test_undisturbed_masks_are_the_true_ones() -> None:
     for config in (MaskNoiseConfig(), NEVER):
-        np.testing.assert_array_equal(pictures(config, 4), np.tile(TRUE_MASK.astype(bool), (4, 1, 1)))
+        np.testing.assert_array_equal(pictures(config, 4), np.tile(GT_MASK.astype(bool), (4, 1, 1)))
 
 
 def test_grown_masks_are_those_of_a_round_kernel() -> None:
@@ -63,7 +63,7 @@ def test_grown_masks_are_those_of_a_round_kernel() -> None:
             reach = np.arange(-abs(size), abs(size) + 1)
             kernel = (np.hypot(*np.meshgrid(reach, reach)) <= abs(size) + 0.01).astype(np.uint8)
             change = cv2.dilate if size > 0 else cv2.erode
-            expected = change(TRUE_MASK, kernel, borderValue=0).astype(bool)
+            expected = change(GT_MASK, kernel, borderValue=0).astype(bool)
             matches.append((mask ^ expected).mean())
         best = int(np.argmin(matches))
         assert matches[best] < 0.015
@@ -73,11 +73,11 @@ def test_grown_masks_are_those_of_a_round_kernel() -> None:
 
 def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
     found = pictures(replace(NEVER, shift=1.0, most_px=4.0))
-    places = [np.argwhere(mask).mean(axis=0) - np.argwhere(TRUE_MASK).mean(axis=0) for mask in found]
+    places = [np.argwhere(mask).mean(axis=0) - np.argwhere(GT_MASK).mean(axis=0) for mask in found]
     assert np.ptp(places, axis=0).min() > 5.0
     assert np.abs(places).max() < 4.6
     for mask, (down, right) in zip(found, places, strict=True):
-        moved = np.roll(TRUE_MASK.astype(bool), (round(down), round(right)), axis=(0, 1))
+        moved = np.roll(GT_MASK.astype(bool), (round(down), round(right)), axis=(0, 1))
         # Half a pixel of rounding along the outline, 180 pixels long.
         assert (mask ^ moved).sum() < 150
 
@@ -85,8 +85,8 @@ def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
 def test_wandering_outlines_stay_near_and_differ_along_the_outline() -> None:
     distance = whole_window(1).signed_px.view(SIDE, SIDE).numpy()
     for mask in pictures(replace(NEVER, wander=1.0, most_px=4.0)):
-        assert np.abs(distance[mask ^ TRUE_MASK.astype(bool)]).max(initial=0) <= 4.5
-    changed = pictures(replace(NEVER, wander=1.0, most_px=4.0)) ^ TRUE_MASK.astype(bool)
+        assert np.abs(distance[mask ^ GT_MASK.astype(bool)]).max(initial=0) <= 4.5
+    changed = pictures(replace(NEVER, wander=1.0, most_px=4.0)) ^ GT_MASK.astype(bool)
     assert (changed & (distance > 0)).any(axis=(1, 2)).mean() > 0.6
     assert (changed & (distance < 0)).any(axis=(1, 2)).mean() > 0.6
 
@@ -96,14 +96,14 @@ def test_merged_masks_hold_the_neighbour_in_half_of_the_samples() -> None:
     held = found[:, NEIGHBOUR.astype(bool)]
     assert set(held.mean(axis=1)) == {0.0, 1.0}
     assert 0.3 < held.all(axis=1).mean() < 0.7
-    np.testing.assert_array_equal(found & ~NEIGHBOUR.astype(bool), np.tile(TRUE_MASK.astype(bool), (64, 1, 1)))
+    np.testing.assert_array_equal(found & ~NEIGHBOUR.astype(bool), np.tile(GT_MASK.astype(bool), (64, 1, 1)))
 
 
 @pytest.mark.parametrize("what", ["hole", "cut"])
 def test_what_is_taken_away_leaves_a_part(what: str) -> None:
     found = pictures(replace(NEVER, **{what: 1.0}))
-    assert not (found & ~TRUE_MASK.astype(bool)).any()
-    fraction = found.sum(axis=(1, 2)) / TRUE_MASK.sum()
+    assert not (found & ~GT_MASK.astype(bool)).any()
+    fraction = found.sum(axis=(1, 2)) / GT_MASK.sum()
     assert fraction.min() > 0.3
     assert fraction.min() < 0.9
     assert (fraction < 1.0).mean() > 0.7
@@ -121,4 +121,4 @@ def test_too_little_left_gives_the_true_mask() -> None:
     noise = torch.zeros(1, NOISE_WIDTH)
     # Eroded as far as 20 px: nothing would remain.
     found = disturbed_masks(whole_window(1), noise, replace(NEVER, grow=1.0, most_px=20.0), 8)
-    np.testing.assert_array_equal(found.view(SIDE, SIDE), TRUE_MASK.astype(bool))
+    np.testing.assert_array_equal(found.view(SIDE, SIDE), GT_MASK.astype(bool))

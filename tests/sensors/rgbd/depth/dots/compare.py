@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from tests.sensors.rgbd.depth.dots.cases import RIGS, Case, middle
-from tests.sensors.rgbd.depth.dots.infrared import ambient_light, boards_seen, infrared_pair, true_depth
+from tests.sensors.rgbd.depth.dots.infrared import ambient_light, boards_seen, gt_depth, infrared_pair
 from tests.sensors.rgbd.depth.dots.matcher import Matcher, match
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.display import to_display
@@ -34,7 +34,7 @@ def by_model(case: Case, seed: int) -> Depth:
     """Return the disparity that the fast model reads, 0 = none: without a unit's errors, from the imager's place."""
     rig, place = RIGS[case.preset], case.place
     camera = PinholeCamera.from_focal(*rig.size_wh, rig.focal_px)
-    depth, board = true_depth(place, rig), boards_seen(place, rig)
+    depth, board = gt_depth(place, rig), boards_seen(place, rig)
     normals = np.stack([item.normal for item in place.boards])[board].astype(np.float32)
     lux = max(place.ambient_lux, 1.0)
     ev = float(np.log2(lux / np.pi / 0.5 / 1.2))  # white is half of what the image can hold
@@ -57,7 +57,7 @@ def wall_figures(case: Case, found: list[Depth]) -> dict[str, float | None]:
     """Return the fraction that is read, and the sigma of its disparity (px; None where too little is)."""
     rig, part = RIGS[case.preset], middle(case)
     unit = rig.focal_px * rig.baseline
-    true = unit / true_depth(case.place, rig)[part]
+    true = unit / gt_depth(case.place, rig)[part]
     errors, fills = [], []
     for disparity in found:
         read = disparity[part]

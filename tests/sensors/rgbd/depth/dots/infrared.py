@@ -77,7 +77,7 @@ def ambient_light(place: Place, rig: Rig) -> Image:
     return _light(place, rig, None, np.zeros(3))[0]
 
 
-def true_depth(place: Place, rig: Rig) -> Image:
+def gt_depth(place: Place, rig: Rig) -> Image:
     """Return the depth at the pixels' centres of the left camera (m)."""
     return _centres(place, rig).distance.astype(np.float32)
 

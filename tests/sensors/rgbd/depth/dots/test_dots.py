@@ -8,7 +8,7 @@ import pytest
 from tests.sensors.rgbd.depth.dots.boards import Board, Place
 from tests.sensors.rgbd.depth.dots.cases import Case, cases, held_out_cases
 from tests.sensors.rgbd.depth.dots.compare import by_model, compared
-from tests.sensors.rgbd.depth.dots.infrared import Rig, ambient_light, infrared_pair, true_depth
+from tests.sensors.rgbd.depth.dots.infrared import Rig, ambient_light, gt_depth, infrared_pair
 from tests.sensors.rgbd.depth.dots.matcher import Matcher, match
 
 SMALL = Rig(424.0, 0.05, size_wh=(120, 40))
@@ -37,7 +37,7 @@ def test_dots_fall_off_with_the_square_of_distance_and_shift_by_triangulation() 
         shift = round(424.0 * 0.05 / z)
         correlation = np.corrcoef(left[:, shift:].ravel(), right[:, : 120 - shift].ravel())[0, 1]
         assert correlation > 0.8 > np.corrcoef(left.ravel(), right.ravel())[0, 1] + 0.5
-        np.testing.assert_allclose(true_depth(place, SMALL), z, rtol=1e-6)
+        np.testing.assert_allclose(gt_depth(place, SMALL), z, rtol=1e-6)
         contrasts.append(np.percentile(left, 99) / np.percentile(left, 10) - 1.0)
     # Exposed alike, dots over the hall's light shrink by four.
     assert contrasts[0] / contrasts[1] == pytest.approx(4.0, rel=0.2)

@@ -49,7 +49,7 @@ def disturbed_masks(
         config: How often and how much.
         least: A mask that would hold fewer points stays the true one.
     """
-    true_mask = (known.signed_px > 0) & known.present
+    gt_mask = (known.signed_px > 0) & known.present
     part = dict(zip(_COLUMNS, noise.split(tuple(_COLUMNS.values()), dim=1), strict=True))
     odds = [
         config.fraction,
@@ -74,7 +74,7 @@ def disturbed_masks(
     mask = mask & ~(hole & _hole(known, part["hole"])) & ~(cut & _cut_off(known, part["cut"]))
     mask = mask & known.present
     keeps = disturbed & (mask.sum(dim=1, keepdim=True) >= least)
-    return torch.where(keeps, mask, true_mask)
+    return torch.where(keeps, mask, gt_mask)
 
 
 def _waves(known: Labelled, noise: Tensor, most_px: float) -> Float[Tensor, "b n"]:
