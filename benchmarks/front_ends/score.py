@@ -28,7 +28,7 @@ from warehouse_sim.evaluation.detection.scores import Evaluated, score_detection
 PALLETS = ("pallet",)
 RANGES = ((0.0, 7.0), (7.0, 15.0), (15.0, 25.0), (25.0, 35.0))
 """Distances (m) of the dissertation's tables."""
-_DRAWS = 500
+_RESAMPLES = 500
 GT = "gt-boxes"
 """A stage: the boxes of the labels."""
 
@@ -107,7 +107,7 @@ def main(
         if only and not any(text in evaluated.name for text in only):
             continue
         if place := _place(evaluated.detector, runs or folder / "runs"):
-            rows += answer_in_sweeps(evaluated, place, made(evaluated.data, folder, workers), _DRAWS)
+            rows += answer_in_sweeps(evaluated, place, made(evaluated.data, folder, workers), _RESAMPLES)
             print(rows[-1])
     file = RESULTS / "front_ends.json"
     seeds = {item.folder_name: {"recipe": item.recipe, "seed": item.seed} for item in SCORED_ON}
@@ -136,7 +136,7 @@ def answer(question: Question, stages: Sequence[str], root: Path, kept: Path) ->
             "data": root.name,
             "n": wanted_in(parts),
         }
-        for metric, (value, low, high) in precision_intervals(parts, _DRAWS, np.random.default_rng(0)).items():
+        for metric, (value, low, high) in precision_intervals(parts, _RESAMPLES, np.random.default_rng(0)).items():
             row[metric] = {"value": value, "interval": [low, high]}
         headline = row["mask_50" if "mask_50" in row else "box_50"]
         row["value"], row["interval"] = headline["value"], headline["interval"]

@@ -48,14 +48,14 @@ SWEEP_QUESTIONS = (
 )
 
 
-def answer_in_sweeps(question: SweepQuestion, run: Path | str, root: Path, draws: int) -> list[dict[str, Any]]:
+def answer_in_sweeps(question: SweepQuestion, run: Path | str, root: Path, resamples: int) -> list[dict[str, Any]]:
     """Return a row for pallets, scores with 95 % intervals over scenes; none where there is no pallet to be found.
 
     Args:
         question: What is evaluated.
         run: Run folder, or bundled name.
         root: Dataset with sweeps; its split test is looked at.
-        draws: Bootstrap resamples.
+        resamples: Bootstrap resamples.
     """
     torch.set_num_threads(1)
     reader, detector = DatasetReader(root), TrainedSweepDetector(model_dir(run), _EVERY)
@@ -70,7 +70,7 @@ def answer_in_sweeps(question: SweepQuestion, run: Path | str, root: Path, draws
         "n": wanted_in(parts),
         "least_points": LEAST_POINTS,
     }
-    for metric, (value, low, high) in precision_intervals(parts, draws, np.random.default_rng(0)).items():
+    for metric, (value, low, high) in precision_intervals(parts, resamples, np.random.default_rng(0)).items():
         row[metric] = {"value": value, "interval": [low, high]}
     row["value"], row["interval"] = row["box_50"]["value"], row["box_50"]["interval"]
     row["median_ms"] = 1000 * float(np.median(seconds))

@@ -3,14 +3,14 @@
 from typing import Any
 
 from benchmarks.speed.cost import measure, median
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.render import open_renderer
 
 
 def amodal_masks(settings: Settings) -> dict[str, Any]:
     """Return the row: the median view's cost, shared by the median view's objects."""
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     everything = subject.scene.instances
     costs, counts, all_costs = [], [], []
     with open_renderer("raster") as renderer:

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.dataset.files.image_io import encode_depth, encode_instance_mask, encode_rgb
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.render import open_renderer
@@ -16,7 +16,7 @@ from warehouse_sim.schema import Observation
 
 def encoding(settings: Settings) -> dict[str, Any]:
     """Return the row; images carry the noise of the recipe's sensors, as files do."""
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     rig = replace(subject.recipe.sensors, lidar=None)
     with open_renderer("raster") as renderer:
         observations = list(observe_scene(subject.scene, rig, renderer))

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.speed.cost import median
-from benchmarks.speed.render_process import RenderProcess, draw_in_turns
+from benchmarks.speed.render_process import RenderProcess, render_in_turns
 from benchmarks.speed.stages import SCENE, watch_generation
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.generation.generate import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 
@@ -43,7 +43,7 @@ def full_observation(settings: Settings) -> dict[str, Any]:
 
 def _pyrender_frame(settings: Settings) -> float:
     """Return what a frame of pyrender costs (CPU-s): the median over views of the first scene that is measured."""
-    subject = draw_subject(settings, scene_index=1)
+    subject = render_subject(settings, scene_index=1)
     with RenderProcess("pyrender", subject.scene, subject.camera) as theirs:
-        (costs,) = draw_in_turns([theirs], subject.views[::6], repeats=1)
+        (costs,) = render_in_turns([theirs], subject.views[::6], repeats=1)
     return median(costs).cpu_s

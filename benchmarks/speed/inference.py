@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from benchmarks.speed.cost import Cost, measure, median
-from benchmarks.speed.subject import Settings, Subject, draw_subject
+from benchmarks.speed.subject import Settings, Subject, render_subject
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
@@ -34,7 +34,7 @@ OBJECTS = 8
 
 def inference(settings: Settings) -> dict[str, Any]:
     """Return the row: the slowest method's seconds on the wall for network, selection and refiner; the rest beside."""
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     observation = observe(subject)
     models = [model for model in subject.scene.models.values() if model.class_name in subject.scene.targets]
     rounds = 3 if settings.quick else 30

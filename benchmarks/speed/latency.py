@@ -6,7 +6,7 @@ from typing import Any
 
 from benchmarks.speed.cost import Cost, StageClock, measure, median
 from benchmarks.speed.inference import OBJECTS, eight_objects, observe
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
@@ -37,7 +37,7 @@ _REST = "selection and the rest"
 
 def latency(settings: Settings) -> dict[str, Any]:
     """Return the row: CPU-seconds of eight objects with ``--refine verify``, by stage, beside plain ``icp``."""
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     image = eight_objects(observe(subject))
     known = {shape.obj_id for shape in _opened("icp").objects or ()}
     if strange := {item.model for item in image.detections} - known:

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.lidar_workers import side_by_side, sweep_to_bytes
-from benchmarks.speed.subject import Settings, Subject, draw_subject
+from benchmarks.speed.subject import Settings, Subject, render_subject
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import Transform, transform_points
 from warehouse_sim.optional import require
@@ -25,7 +25,7 @@ SWEEPS, QUICK_SWEEPS = 24, 2
 def lidar(settings: Settings) -> dict[str, Any]:
     """Return the row; the peer casts the rays of the beams' axes, and neither probes edges nor adds noise."""
     keep_freed_memory()  # as workers do
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     config = LidarConfig()
     built, raycaster = measure(RayCaster, subject.scene)
     their_scene, their_build = _open3d_scene(subject)

@@ -44,7 +44,7 @@ def sweep_to_bytes(
 
     The unit and the surfaces are drawn again for each sweep, as the sensor does it.
     """
-    unit = LidarUnit.draw(config, np.random.default_rng(1))
+    unit = LidarUnit.sample(config, np.random.default_rng(1))
     finishes = finishes_of(scene, raycaster.materials, config.brightness, np.random.default_rng(2))
     found = scan(raycaster, config, T_world_lidar, rng, unit=unit, finishes=finishes)
     return len(point_bytes(found)) + len(found.instance_ids.astype("<i4").tobytes()) + len(beam_bytes(found))

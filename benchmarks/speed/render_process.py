@@ -70,7 +70,7 @@ class RenderProcess:
         self.close()
 
 
-def draw_in_turns(
+def render_in_turns(
     processes: Sequence[RenderProcess], views: Sequence[Transform], repeats: int
 ) -> list[tuple[Cost, ...]]:
     """Draw all views with each process, one after the other view by view, and return the costs of each process.

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.cost import median
-from benchmarks.speed.render_process import RenderProcess, draw_in_turns
-from benchmarks.speed.subject import Settings, Subject, draw_subject
+from benchmarks.speed.render_process import RenderProcess, render_in_turns
+from benchmarks.speed.subject import Settings, Subject, render_subject
 from warehouse_sim.schema import RenderBuffers
 
 HOW = {
@@ -22,12 +22,12 @@ TARGETS = {"mujoco": 8.0, "pyrender": 15.0}
 
 def compare(peer: str, settings: Settings) -> dict[str, Any]:
     """Return the row of one peer."""
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     with (
         RenderProcess("raster", subject.scene, subject.camera) as ours,
         RenderProcess(peer, subject.scene, subject.camera) as theirs,
     ):
-        ours_costs, peer_costs = draw_in_turns([ours, theirs], subject.views[::2], repeats=1)
+        ours_costs, peer_costs = render_in_turns([ours, theirs], subject.views[::2], repeats=1)
         same = _agreement(subject, ours, theirs)
         names: dict[str, Any] = {"ours": ours.description, "peer": theirs.description}
         most, lights = theirs.capabilities.max_lights, len(subject.scene.lights)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.cost import Cost, measure, median
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.processes import keep_freed_memory
 from warehouse_sim.render import open_renderer
@@ -31,7 +31,7 @@ LITTLE_LIGHT = 6.0
 def rgbd_models(settings: Settings) -> dict[str, Any]:
     """Return the row: the default camera, and a table of all models."""
     keep_freed_memory()  # as workers do
-    subject = draw_subject(settings)
+    subject = render_subject(settings)
     camera, caster = subject.camera, RayCaster(subject.scene)
     repeats = 1 if settings.quick else 9
     with open_renderer("raster") as renderer:

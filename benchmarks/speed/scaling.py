@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.speed.cost import Cost
-from benchmarks.speed.render_process import RenderProcess, draw_in_turns
+from benchmarks.speed.render_process import RenderProcess, render_in_turns
 from benchmarks.speed.scene_statistics import DENSE
 from benchmarks.speed.subject import Settings, scene_facts
 from warehouse_sim.generation.recipe import Recipe, load_recipe
@@ -93,7 +93,7 @@ def _eye(hall: SceneSpec) -> Float[np.ndarray, " 3"]:
 def _measure(scene: SceneSpec, views: list[Transform], settings: Settings) -> dict[str, Any]:
     camera = load_recipe(settings.recipe).sensors.make_camera()
     with RenderProcess("raster", scene, camera) as ours, RenderProcess(PEER, scene, camera) as theirs:
-        sampled = draw_in_turns([ours, theirs], views, repeats=1 if settings.quick else 3)
+        sampled = render_in_turns([ours, theirs], views, repeats=1 if settings.quick else 3)
         loads = {"ours_load_cpu_s": ours.load_cost.cpu_s, "peer_load_cpu_s": theirs.load_cost.cpu_s}
     by_view = [_by_view(costs) for costs in sampled]
     return {

@@ -46,7 +46,7 @@ class Tally:
     """What was seen of one recipe."""
 
     scenes: int = 0
-    draws: int = 0
+    attempts: int = 0
     unplaced: int = 0
     unsettled: int = 0
     failed: list[int] = field(default_factory=list)
@@ -66,10 +66,10 @@ class Tally:
         values = {
             "scenes that stand": self.scenes - len(self.failed),
             "scenes that fail, reported": len(self.failed),
-            "draws": self.draws,
-            "draws rejected": round((self.unplaced + self.unsettled) / self.draws, 4),
-            "draws rejected for want of room": round(self.unplaced / self.draws, 4),
-            "draws rejected by physics": round(self.unsettled / self.draws, 4),
+            "attempts": self.attempts,
+            "attempts rejected": round((self.unplaced + self.unsettled) / self.attempts, 4),
+            "attempts rejected for lack of space": round(self.unplaced / self.attempts, 4),
+            "attempts rejected by physics": round(self.unsettled / self.attempts, 4),
             "loose objects a scene": round(self.loose / self.scenes, 1),
             "loads struck": self.struck,
             "pieces shifted": self.shifted,
@@ -100,7 +100,7 @@ def tally_recipe(recipe: Recipe, scenes: int, seed: int) -> Tally:
 
 def _settle(recipe: Recipe, seed: int, index: int, tally: Tally) -> SceneSpec | None:
     for attempt in range(ATTEMPTS):
-        tally.draws += 1
+        tally.attempts += 1
         try:
             spec = sample_scene(recipe.scene, seed, index, attempt)
         except PlacementError as problem:

@@ -37,7 +37,7 @@ class Subject:
         return scene_facts(self.scene) | {"size_wh": [self.camera.width, self.camera.height], "views": len(self.views)}
 
 
-def draw_subject(settings: Settings, scene_index: int = 0) -> Subject:
+def render_subject(settings: Settings, scene_index: int = 0) -> Subject:
     """Return a scene of the settings' recipe, settled and lit."""
     recipe = load_recipe(settings.recipe)
     scene = prepare_scene(recipe, settings.seed, scene_index).scene

@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from benchmarks.speed.cost import Cost, measure, median
-from benchmarks.speed.subject import Settings, draw_subject
+from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.heads import SplitTrunk
@@ -141,7 +141,7 @@ def _shapes() -> ShapeTensors:
 
 def _crop_sizes(settings: Settings) -> list[tuple[int, int]]:
     """Return height and width of the crops that the original would cut in the views of the recipe's scene."""
-    subject, sizes = draw_subject(settings), []
+    subject, sizes = render_subject(settings), []
     bounds = np.array([subject.camera.width, subject.camera.height])
     for T_world_camera in subject.views:
         for item in targets_in_view(subject.scene, subject.camera, T_world_camera):

@@ -56,7 +56,7 @@ def draw_rings(pyplot: Any) -> Any:
         scene = loaded_pallet(distance)
         caster = RayCaster(scene)
         for row, (config, is_front, title) in enumerate(rows):
-            unit = LidarUnit.draw(config, np.random.default_rng(1))
+            unit = LidarUnit.sample(config, np.random.default_rng(1))
             finishes = finishes_of(scene, caster.materials, config.brightness, np.random.default_rng(2))
             points = scan(caster, config, T_WORLD_LIDAR, np.random.default_rng(0), unit=unit, finishes=finishes)
             image = _draw_points(axes[row, column], points, distance, bool(is_front))

@@ -6,7 +6,7 @@ from warehouse_sim.benchmark.suite import DataConfig, Suite
 
 _PAIRED_VARIANTS = {
     "lights": [{"name": "dim 20 lx", "preset": "dim", "lux": 20}],
-    "noise": [{"name": "d435", "rgbd": {"depth": "d435"}, "draw": 0}],
+    "noise": [{"name": "d435", "rgbd": {"depth": "d435"}, "sample": 0}],
 }
 FREE = DataConfig(
     "smoke", 5, 1, 2, {"sensors": {"rig": "dissertation"}, "paired_variants": _PAIRED_VARIANTS}, ("kitti", "bop")

@@ -131,7 +131,7 @@ def test_a_paired_variant_depends_on_no_other_paired_variant_nor_on_the_call_bef
     dim = Variant("dim", replace(scene, lights=lights), base.sensor)
     rough = replace(scene.materials["kraft"], roughness=0.2, remission=0.9)
     shiny = Variant("shiny", replace(scene, materials=scene.materials | {"kraft": rough}), base.sensor)
-    again = Variant("again", scene, base.sensor, noise_draw=1)
+    again = Variant("again", scene, base.sensor, noise_sample=1)
     all_at_once = list(observe_scene(scene, rig, renderer, (base, dim, shiny, again)))
     count = len(scene.viewpoints)
     for place, paired_variant in ((1, dim), (2, shiny), (3, again)):

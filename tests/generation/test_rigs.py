@@ -179,7 +179,7 @@ def test_the_right_image_has_a_noise_stream_of_its_own_and_paired_variants_share
     rig, scene = rig_of("kitti"), scene_of("level")
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
     base = base_variant(scene, SensorChoice("", rig.rgbd))
-    noisier = replace(base, name="another draw", noise_draw=1)
+    noisier = replace(base, name="another draw", noise_sample=1)
     with open_renderer() as renderer:
         first, paired_variant = observe_scene(scene, rig, renderer, (base, noisier))
         (again,) = observe_scene(scene, rig, renderer)

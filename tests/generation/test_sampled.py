@@ -19,8 +19,8 @@ RECIPE = from_mapping(Recipe, {"description": "open settings", "name": "open", "
 
 
 def test_each_open_setting_is_drawn_once_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    draws, draw = Counter[str](), RandomSetting.draw
-    monkeypatch.setattr(RandomSetting, "draw", lambda self, rng: draws.update([self.name]) or draw(self, rng))
+    draws, draw = Counter[str](), RandomSetting.sample
+    monkeypatch.setattr(RandomSetting, "sample", lambda self, rng: draws.update([self.name]) or draw(self, rng))
     scene = prepare_scene(RECIPE, 0, 0).scene
     assert scene.attempt == 0
     assert draws == {"layout.bays": 1, "hall.tyre_marks": 1, "viewpoints.clearance": 1}

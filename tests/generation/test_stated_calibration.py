@@ -50,7 +50,7 @@ def test_only_the_record_differs_and_says_what_was_drawn(tmp_path: Path) -> None
         for a, b in zip(true.images(split), nominal.images(split), strict=True):
             assert recipe.sensors.calibration is not None
             stream = partial(scene_rng, 5, a.scene_id)
-            error = recipe.sensors.calibration.draw(recipe.sensors.mounted(), stream)
+            error = recipe.sensors.calibration.sample(recipe.sensors.mounted(), stream)
             assert b.camera == error.camera(a.camera) != a.camera
             np.testing.assert_array_equal(nominal.depth(b), true.depth(a) * np.float32(error.depth_factor))
             row = read_scene_record(with_errors, a.scene_id).observations[a.image_id].nominal

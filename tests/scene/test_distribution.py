@@ -50,26 +50,26 @@ def test_bad_data_is_one_line_that_names_the_place(plain: Any, message: str) -> 
 @pytest.mark.parametrize(("plain", "distribution"), TABLE)
 def test_draws_stay_within_the_limits(plain: Any, distribution: Distribution) -> None:
     rng = np.random.default_rng(0)
-    draws = np.array([distribution.draw(rng) for _ in range(2000)])
+    draws = np.array([distribution.sample(rng) for _ in range(2000)])
     assert draws.min() >= distribution.low
     assert draws.max() <= distribution.high
 
 
 def test_moments_of_the_families() -> None:
     rng = np.random.default_rng(1)
-    bell = [Distribution.normal(2.0, 0.3).draw(rng) for _ in range(20000)]
+    bell = [Distribution.normal(2.0, 0.3).sample(rng) for _ in range(20000)]
     assert np.mean(bell) == pytest.approx(2.0, abs=0.01)
     assert np.std(bell) == pytest.approx(0.3, abs=0.01)
     # Cutting a bell at one sigma leaves a deviation of 0.5396 of it and piles nothing up at the ends.
-    cut = np.array([Distribution.normal(0.0, 1.0, -1.0, 1.0).draw(rng) for _ in range(20000)])
+    cut = np.array([Distribution.normal(0.0, 1.0, -1.0, 1.0).sample(rng) for _ in range(20000)])
     assert np.std(cut) == pytest.approx(0.5396, abs=0.01)
     assert np.mean(np.abs(cut) > 0.999) < 0.002
     weighted = Distribution("choices", 0.0, 1.0, values=(0.0, 1.0), weights=(3.0, 1.0))
-    assert np.mean([weighted.draw(rng) for _ in range(20000)]) == pytest.approx(0.25, abs=0.01)
+    assert np.mean([weighted.sample(rng) for _ in range(20000)]) == pytest.approx(0.25, abs=0.01)
 
 
 def test_counts_of_an_even_range_include_both_ends_as_often() -> None:
     rng = np.random.default_rng(2)
-    counts = np.bincount([Distribution.uniform(2, 5).draw_count(rng) for _ in range(8000)], minlength=6)
+    counts = np.bincount([Distribution.uniform(2, 5).sample_count(rng) for _ in range(8000)], minlength=6)
     assert counts[:2].sum() == 0
     np.testing.assert_allclose(counts[2:] / 8000, 0.25, atol=0.02)

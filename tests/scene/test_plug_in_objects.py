@@ -6,7 +6,7 @@ import pytest
 
 from tests.scene.stranger import install, output_of
 
-DRAWS = """
+RESAMPLES = """
 import hashlib
 import numpy as np
 from warehouse_sim.generation.occlusion.drawing import OccluderSampler
@@ -21,7 +21,7 @@ for index in range(2):
         digest.update(np.ascontiguousarray(item.T_world_object).tobytes())
 stock = OccluderSampler(recipe.loads, np.random.default_rng(0))
 for height in np.linspace(0.3, 2.3, 40):
-    occluder = stock.draw("traffic", height)
+    occluder = stock.sample("traffic", height)
     digest.update(str(occluder and occluder.instances[0].model).encode())
 print(digest.hexdigest())
 """
@@ -62,7 +62,7 @@ for name in ("small_number", "unpainted"):
 
 def test_what_is_installed_changes_no_draw_of_a_recipe_that_does_not_name_it(tmp_path: Path) -> None:
     install(tmp_path)
-    assert output_of(DRAWS, tmp_path) == output_of(DRAWS)
+    assert output_of(RESAMPLES, tmp_path) == output_of(RESAMPLES)
 
 
 def test_a_recipe_places_objects_of_a_plug_in_with_the_materials_that_they_bring(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.traffic import TrafficConfig
-from warehouse_sim.scene.trucks_at_work import KINDS, Crew, add_trucks_at_work, draw_crew
+from warehouse_sim.scene.trucks_at_work import KINDS, Crew, add_trucks_at_work, sample_crew
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 
 
@@ -36,7 +36,7 @@ def _drops(crew: Crew) -> list[float]:
 def test_a_load_touches_its_truck_and_does_not_go_through_it(kind: str) -> None:
     laden = 0
     for seed in range(6):
-        crew = draw_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
         laden += len(crew.loads)
         for gap in _drops(crew):
             assert -0.0005 < gap < 0.0005
@@ -46,7 +46,7 @@ def test_a_load_touches_its_truck_and_does_not_go_through_it(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_loads_are_clear_of_drivers_and_of_each_other(kind: str) -> None:
     for seed in range(4):
-        crew = draw_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
         people = [piece for piece in crew.single if piece[0].class_name == "person"]
         groups = [_stack(load) for load in crew.loads] + ([_stack(people)] if people else [])
         for n, one in enumerate(groups):
@@ -58,7 +58,7 @@ def test_loads_are_clear_of_drivers_and_of_each_other(kind: str) -> None:
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if WORKING[KINDS[kind]].driver is not None])
 def test_drivers_are_within_reach_of_the_truck(kind: str) -> None:
     for seed in range(3):
-        crew = draw_crew(kind, 0.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, 0.0, UnitLoadConfig(), np.random.default_rng(seed))
         truck, person = crew.single[0], next(piece for piece in crew.single if piece[0].class_name == "person")
         shape, hull = _stack([person]), _stack([truck])
         pairs = np.array([(a, b) for a in range(len(shape.centre)) for b in range(len(hull.centre))])

@@ -11,7 +11,7 @@ _Z = 1.959963984540054
 
 
 def fraction_interval(
-    values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], draws: int, rng: np.random.Generator
+    values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], resamples: int, rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return a 95 % interval for the mean of ``values``, the wider of two on each side.
 
@@ -21,21 +21,21 @@ def fraction_interval(
     Args:
         values: One number in 0-1 a row, n >= 1.
         scene_id: Scene of each row.
-        draws: Bootstrap resamples.
+        resamples: Bootstrap resamples.
         rng: Source of the resamples.
     """
-    boot_low, boot_high = scene_bootstrap(values, scene_id, draws, rng)
+    boot_low, boot_high = scene_bootstrap(values, scene_id, resamples, rng)
     wilson_low, wilson_high = wilson(float(values.mean()), len(values))
     return min(boot_low, wilson_low), max(boot_high, wilson_high)
 
 
 def scene_bootstrap(
-    values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], draws: int, rng: np.random.Generator
+    values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], resamples: int, rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return the percentile interval of the mean under resampling of whole scenes."""
     _, scene = np.unique(scene_id, return_inverse=True)
     sums, counts = np.bincount(scene, weights=values), np.bincount(scene)
-    picks = rng.multinomial(len(sums), np.full(len(sums), 1.0 / len(sums)), size=draws)
+    picks = rng.multinomial(len(sums), np.full(len(sums), 1.0 / len(sums)), size=resamples)
     return _percentiles(picks, sums, counts)
 
 
@@ -45,16 +45,16 @@ def _percentiles(picks: np.ndarray, sums: np.ndarray, counts: np.ndarray) -> tup
 
 
 def fraction_intervals(
-    columns: Mapping[str, Float[np.ndarray, " n"]], scene_id: Int[np.ndarray, " n"], draws: int, seed: int
+    columns: Mapping[str, Float[np.ndarray, " n"]], scene_id: Int[np.ndarray, " n"], resamples: int, seed: int
 ) -> dict[str, tuple[float, float]]:
     """Return ``fraction_interval`` of several columns over the same rows, all with the same resamples.
 
-    A new column moves no other one's interval, nor does it draw again: of large tables, the draws take longest.
+    A new column moves no other one's interval, nor does it draw again: of large tables, the resamples take longest.
 
     Args:
         columns: By name; nan where a row has no such value. Columns without any value are left out.
         scene_id: Scene of each row.
-        draws: Bootstrap resamples.
+        resamples: Bootstrap resamples.
         seed: Of the resamples.
     """
     names, scene = np.unique(scene_id, return_inverse=True)
@@ -68,7 +68,7 @@ def fraction_intervals(
         there = counts > 0
         if there.tobytes() not in picks:
             fraction = np.full(int(there.sum()), 1.0 / there.sum())
-            picks[there.tobytes()] = np.random.default_rng(seed).multinomial(len(fraction), fraction, size=draws)
+            picks[there.tobytes()] = np.random.default_rng(seed).multinomial(len(fraction), fraction, size=resamples)
         sums = np.bincount(scene[known], weights=values[known], minlength=len(names))
         low, high = _percentiles(picks[there.tobytes()], sums[there], counts[there])
         wilson_low, wilson_high = wilson(float(values[known].mean()), int(known.sum()))

@@ -51,7 +51,7 @@ def auroc_interval(
     score: Float[np.ndarray, " n"],
     right: Bool[np.ndarray, " n"],
     scene_id: Int[np.ndarray, " n"],
-    draws: int,
+    resamples: int,
     rng: np.random.Generator,
 ) -> tuple[float, float]:
     """Return the 95 % percentile interval of ``auroc`` under resampling of whole scenes.
@@ -63,7 +63,7 @@ def auroc_interval(
     scene, right = scene[order], right[order]
     first = np.flatnonzero(np.append(True, np.diff(score[order]) != 0.0)) if len(order) else order
     known = []
-    for _ in range(draws):
+    for _ in range(resamples):
         # Rows of a scene that is drawn twice count twice: one order of the scores serves all resamples.
         weight = np.bincount(rng.integers(len(names), size=len(names)), minlength=len(names))[scene]
         positive, all_ = np.add.reduceat(weight * right, first), np.add.reduceat(weight, first)

@@ -23,7 +23,7 @@ class GroupConfig:
     """Lower edges of the bins by visible fraction (0-1), rising; the last bin ends at 1."""
     illuminance_edges: tuple[float, ...] = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0)
     """Lower edges (lx) of the bins by light on the visible surface, rising; the last bin has no end."""
-    bootstrap_draws: int = 1000
+    bootstrap_resamples: int = 1000
     """Resamples of the scenes for the 95 % intervals, >= 100."""
     bootstrap_seed: int = 0
     """Seed of the resamples."""
@@ -86,7 +86,7 @@ def summarise(label: str, table: ErrorTable, metrics: MetricConfig, groups: Grou
     for name, column in columns.items():
         applies = ~np.isnan(column)
         values[name] = float(column[applies].mean()) if applies.any() else np.nan
-    intervals = fraction_intervals(columns, table.scene_id, groups.bootstrap_draws, groups.bootstrap_seed)
+    intervals = fraction_intervals(columns, table.scene_id, groups.bootstrap_resamples, groups.bootstrap_seed)
     if len(table):
         values["auc_add_10cm_posecnn"] = posecnn_auc(table.add)
         values |= median_values(table)

@@ -112,7 +112,7 @@ def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
         len(found),
         int((~right).sum()),
         auroc(found.score, right),
-        auroc_interval(found.score, right, found.scene_id, groups.bootstrap_draws, rng),
+        auroc_interval(found.score, right, found.scene_id, groups.bootstrap_resamples, rng),
         curve.area,
         least_area(right),
         tuple((fraction, float(curve.risk[np.searchsorted(curve.coverage, fraction - 1e-9)])) for fraction in _AT),
@@ -130,7 +130,7 @@ def bound_coverage(found: ErrorTable, groups: GroupConfig) -> tuple[BoundCoverag
         if len(part) >= _LEAST:
             holds = (part.surface_rms <= part.error_bound).astype(float)
             rng = np.random.default_rng(groups.bootstrap_seed)
-            interval = fraction_interval(holds, part.scene_id, groups.bootstrap_draws, rng)
+            interval = fraction_interval(holds, part.scene_id, groups.bootstrap_resamples, rng)
             width = float(np.median(part.error_bound))
             rows.append(BoundCoverage(label, len(part), float(holds.mean()), interval, width))
     return tuple(rows)

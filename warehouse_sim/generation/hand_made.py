@@ -174,7 +174,7 @@ def observe(
         seen, _ = request_views(seen, made.settings, camera, recipe.occlusion, caster, stream("occlusion"))
         caster = RayCaster(seen)
     lit = light_scene(seen, lights, caster, camera, stream("lighting"))
-    variant = base_variant(lit, rig.draw_sensor(stream("sensor")))
+    variant = base_variant(lit, rig.sample_sensor(stream("sensor")))
     with open_renderer(backend) as renderer:
         return [
             Take(observation, lit, rig, renderer.description, backend, made, recipe)

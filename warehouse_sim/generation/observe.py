@@ -57,7 +57,7 @@ def observe_scene(
     first: list[tuple[_Unlit, _Unlit | None]] = []
     errors = None
     if rig.calibration is not None:
-        errors = rig.calibration.draw(rig.mounted(), partial(scene_rng, scene.seed, scene.scene_index))
+        errors = rig.calibration.sample(rig.mounted(), partial(scene_rng, scene.seed, scene.scene_index))
     for number, variant in enumerate(variants):
         sensors = replace(rig, rgbd=variant.sensor.rgbd).mounted()
         for index, viewpoint in enumerate(variant.scene.viewpoints):
@@ -163,7 +163,7 @@ def _read(moment: Moment, sensors: Mapping[str, MountedSensor], known: Readings)
             name=name,
             film=moment.instruments.sight,
         )
-        stream = mounted.stream_of(moment.index, moment.variant.noise_draw)
+        stream = mounted.stream_of(moment.index, moment.variant.noise_sample)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
         if not isinstance(getattr(reading, "channels", None), Mapping):
             raise WarehouseSimError(

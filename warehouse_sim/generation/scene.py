@@ -106,7 +106,7 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
         lights = overlaid(settings.lights, changed, f"{recipe.name}: paired variants.lights")
         return light_scene(dark, lights, caster, camera, sampled.stream("lighting"))
 
-    sensor = recipe.sensors.draw_sensor(sampled.stream("sensor"))
+    sensor = recipe.sensors.sample_sensor(sampled.stream("sensor"))
     occluders = [() for _ in scene.viewpoints] if occlusion is None else [item.placed for item in occlusion.requests]
     variants = make_variants(relight(scene, {}), recipe.paired_variants, sensor, occluders, relight)
     return PreparedScene(variants, sampled.report, occlusion, settings.layout.truck)

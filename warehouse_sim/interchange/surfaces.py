@@ -91,7 +91,7 @@ def surface_of(material: Material) -> Surface:
     )
 
 
-def draw_surface_image(image: SurfaceImage, material: Material) -> UInt8[np.ndarray, "h w *c"]:
+def render_surface_image(image: SurfaceImage, material: Material) -> UInt8[np.ndarray, "h w *c"]:
     """Return the pixels of an image of ``material``, row 0 where v = 0.
 
     Colours are sRGB codes, grey where a texture has one channel. Roughness is linear. Normals are (n + 1) / 2 with

@@ -109,20 +109,22 @@ def _impulse(
     low, _ = solids.extent_of([item.instance_id for item in load])
     boxes = boxes_around(solids, load, (_REACH[0], _REACH[1], low[2] + _REACH[2]))
     for _ in range(_TRIES):
-        rest = bring_to_rest(scene, load, boxes, limits, _draw_blow(scene, goods, config, rng))
+        rest = bring_to_rest(scene, load, boxes, limits, _sample_blow(scene, goods, config, rng))
         if rest.within(limits) and _inside(rest, low, solids):
             return rest
     return None
 
 
-def _draw_blow(scene: SceneSpec, goods: list[ObjectInstance], config: ImpulseConfig, rng: np.random.Generator) -> Blow:
+def _sample_blow(
+    scene: SceneSpec, goods: list[ObjectInstance], config: ImpulseConfig, rng: np.random.Generator
+) -> Blow:
     """Return a blow from any side against the uppermost pieces."""
     order = rng.permutation(len(goods))
     uppermost = sorted((goods[index] for index in order), key=lambda item: -round(item.T_world_object[2, 3], 2))
-    hit = uppermost[: max(1, config.pieces.draw_count(rng))]
+    hit = uppermost[: max(1, config.pieces.sample_count(rng))]
     bearing = rng.uniform(-np.pi, np.pi)
-    velocity = config.speed.draw(rng) * np.array([np.cos(bearing), np.sin(bearing), 0.0])
-    height = config.height.draw(rng)
+    velocity = config.speed.sample(rng) * np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    height = config.height.sample(rng)
     foot = min(item.T_world_object[2, 3] for item in goods) - 0.5 * float(scene.model_of(goods[0]).size[2])
     top = hit[0].T_world_object[2, 3] - foot
 

@@ -35,7 +35,7 @@ def painted_meshes(model: ObjectModel, materials: Mapping[str, Material]) -> dic
     return {name: _merge(group) for name, group in pieces.items()}
 
 
-def require_drawable(scene: SceneSpec) -> None:
+def require_renderable(scene: SceneSpec) -> None:
     """Check what every backend needs of a scene.
 
     Raises:

@@ -52,7 +52,7 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
         area: Floor of the aisle.
         rng: Where, which and which way.
     """
-    count = config.count.draw_count(rng)
+    count = config.count.sample_count(rng)
     if count == 0:
         return
     solids = draft.solids()
@@ -63,7 +63,7 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
         model = catalog_object(sorted(CLUTTER)[int(rng.integers(len(CLUTTER)))])
         beside = bool(rng.random() < config.beside_fraction)
         for _ in range(_TRIES):
-            T_world_object = _draw_place(float(model.size[2]), area, beside, rng)
+            T_world_object = _sample_place(float(model.size[2]), area, beside, rng)
             box = OrientedBox(T_world_object, model.size)
             if all(stack.clear_of(box, config.clearance) for stack in (in_the_way, BoxStack.of(placed))):
                 draft.add(model, T_world_object)
@@ -71,7 +71,7 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
                 break
 
 
-def _draw_place(height: float, area: Area, beside: bool, rng: np.random.Generator) -> Transform:
+def _sample_place(height: float, area: Area, beside: bool, rng: np.random.Generator) -> Transform:
     x, yaw = rng.uniform(area.x_min, area.x_max), rng.uniform(-np.pi, np.pi)
     y = rng.uniform(area.y_min, area.y_max)
     if beside:
@@ -92,7 +92,7 @@ def clutter_shelves(
         strips: Surfaces that it may stand on.
         rng: Where, which and which way.
     """
-    count = config.on_shelves.draw_count(rng)
+    count = config.on_shelves.sample_count(rng)
     if count == 0 or not strips:
         return
     there = draft.solids().boxes
@@ -100,7 +100,7 @@ def clutter_shelves(
     for _ in range(count):
         for _ in range(_TRIES):
             model = catalog_object(_HANDY[int(rng.integers(len(_HANDY)))])
-            T_world_object = _draw_on_shelf(strips[int(rng.integers(len(strips)))], model.size, rng)
+            T_world_object = _sample_on_shelf(strips[int(rng.integers(len(strips)))], model.size, rng)
             if T_world_object is None:
                 continue
             lifted = make_transform(translation=np.array([0.0, 0.0, _LIFT])) @ T_world_object
@@ -111,7 +111,7 @@ def clutter_shelves(
                 break
 
 
-def _draw_on_shelf(strip: Strip, size: np.ndarray, rng: np.random.Generator) -> Transform | None:
+def _sample_on_shelf(strip: Strip, size: np.ndarray, rng: np.random.Generator) -> Transform | None:
     """Return the pose of something of ``size`` (m) within a strip; None where it is too large for it as it lies."""
     turn = rotation_z(rng.uniform(-np.pi, np.pi))
     half = np.abs(turn) @ size / 2

@@ -128,7 +128,7 @@ class Distribution:
         limits = {"min": self.low, "max": self.high}
         return bell | {key: value for key, value in limits.items() if np.isfinite(value)}
 
-    def draw(self, rng: np.random.Generator) -> float:
+    def sample(self, rng: np.random.Generator) -> float:
         """Return one value; every family but the constant uses up the stream, the constant leaves it alone."""
         if self.kind == "constant":
             return self.low
@@ -137,9 +137,9 @@ class Distribution:
         if self.kind == "choices":
             fractions = np.array(self.weights) / sum(self.weights) if self.weights else None
             return float(rng.choice(np.array(self.values), p=fractions))
-        return self._draw_bell(rng)
+        return self._sample_bell(rng)
 
-    def _draw_bell(self, rng: np.random.Generator) -> float:
+    def _sample_bell(self, rng: np.random.Generator) -> float:
         """Return one value of the cut-off bell by inverting its distribution function: one draw, no retries."""
         if self.std == 0.0:
             return self.mean
@@ -149,11 +149,11 @@ class Distribution:
             return self.mean
         return float(np.clip(bell.inv_cdf(fraction), self.low, self.high))
 
-    def draw_count(self, rng: np.random.Generator) -> int:
+    def sample_count(self, rng: np.random.Generator) -> int:
         """Return one value as a whole number; an even range gives each whole number in it as often."""
         if self.kind == "uniform":
             return int(rng.integers(int(np.ceil(self.low)), int(np.floor(self.high)) + 1))
-        return round(self.draw(rng))
+        return round(self.sample(rng))
 
 
 def _can_weigh(weights: tuple[float, ...]) -> bool:

@@ -14,9 +14,9 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Lane
-from warehouse_sim.scene.packing.carriers import draw_carrier
+from warehouse_sim.scene.packing.carriers import sample_carrier
 from warehouse_sim.scene.packing.contents import one_article, that_carry
-from warehouse_sim.scene.packing.pallet_choice import all_pallets, draw_pallet, on_these
+from warehouse_sim.scene.packing.pallet_choice import all_pallets, on_these, sample_pallet
 from warehouse_sim.scene.placing import jitter_scale
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
 from warehouse_sim.schema import ObjectModel
@@ -80,12 +80,12 @@ def fill_lanes(
     """
     standing: list[OrientedBox] = []
     for number, lane in enumerate(lanes):
-        count = round(config.fill.draw(rng) * len(lane.T_world_places))
+        count = round(config.fill.sample(rng) * len(lane.T_world_places))
         empty = rng.random() < config.empties_fraction
         stacked = config.stack.high > 1
         kind = _of_one_article(lane, loads, rng, stacked) if rng.random() < config.one_kind_fraction else loads
         kind = _of_one_carrier(lane, kind, rng)
-        draw = _empty_stack if empty else _draw_stack
+        draw = _empty_stack if empty else _sample_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
             near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
             for _ in range(_STACK_TRIES):
@@ -103,9 +103,9 @@ def fill_lanes(
                 load.add_to(draft, T_world_stack @ T_stack_load)
 
 
-def _draw_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
+def _sample_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np.random.Generator) -> Stack:
     """Draw loads on equal pallets; each stands on a full and level top layer, and no goods bear more than they can."""
-    wanted, rule = max(1, config.stack.draw_count(rng)), loads.stacking.crush_rule
+    wanted, rule = max(1, config.stack.sample_count(rng)), loads.stacking.crush_rule
     pallet = _choose_pallet(lane, loads, rng)
     top = on_these(loads, [pallet])
     level = replace(top.stacking, top_layer_fraction=Distribution.constant(1.0))
@@ -155,7 +155,7 @@ def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np
     bare = replace(on_these(loads, [_choose_pallet(lane, loads, rng)]), empty_fraction=1.0, carrier_fraction=0.0)
     stack: Stack = []
     height = 0.0
-    for _ in range(max(1, config.empties.draw_count(rng))):
+    for _ in range(max(1, config.empties.sample_count(rng))):
         load = build_unit_load(np.inf, bare, rng)
         stack.append((load, _on_top(height, config, rng, stacked=bool(stack))))
         height += load.height
@@ -165,7 +165,7 @@ def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np
 def _choose_pallet(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> ObjectModel:
     """Draw a pallet that the lane is wide and its places are deep enough for."""
     try:
-        return draw_pallet(loads, rng, lane.footprint)
+        return sample_pallet(loads, rng, lane.footprint)
     except PlacementError as problem:
         raise PlacementError(f"{problem}, or widen the lanes") from problem
 
@@ -192,7 +192,7 @@ def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator)
     if loads.carrier_fraction <= 0.0:
         return loads
     if rng.random() < loads.carrier_fraction:
-        sampled = draw_carrier(loads, rng, lane.clear_height, lane.footprint, STACKING_LOAD, on_floor=True)
+        sampled = sample_carrier(loads, rng, lane.clear_height, lane.footprint, STACKING_LOAD, on_floor=True)
         if sampled is not None:
             return replace(loads, carrier_fraction=1.0, carriers=(sampled[0].name,))
     return replace(loads, carrier_fraction=0.0)
@@ -200,7 +200,7 @@ def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator)
 
 def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:
     """Return T_stack_load of a load at ``height`` (m): a little off and either end first."""
-    shift = [config.offset_mm.draw(rng) / 1000, config.offset_mm.draw(rng) / 1000] if stacked else [0.0, 0.0]
+    shift = [config.offset_mm.sample(rng) / 1000, config.offset_mm.sample(rng) / 1000] if stacked else [0.0, 0.0]
     return make_transform(rotation_z(np.pi * rng.integers(2)), np.array([*shift, height]))
 
 
@@ -210,8 +210,8 @@ def _place(
     for number in range(_TRIES):
         # The place's x points into the lane, its y across it. Where it is tight, stacks stand straighter.
         scale = jitter_scale(number, _TRIES)
-        shift = scale * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
-        turn = scale * np.deg2rad(config.yaw_deg.draw(rng))
+        shift = scale * np.array([config.depth_mm.sample(rng), config.lateral_mm.sample(rng), 0.0]) / 1000
+        turn = scale * np.deg2rad(config.yaw_deg.sample(rng))
         T_world_stack = T_world_place @ make_transform(rotation_z(turn), shift)
         boxes = [load.envelope.placed(T_world_stack @ T_stack_load) for load, T_stack_load in stack]
         if all(others.clear_of(box, _CLEARANCE) for box in boxes):

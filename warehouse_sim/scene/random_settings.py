@@ -48,7 +48,7 @@ class Choice:
         """Return what ``from_plain`` reads back."""
         return {"choices": list(self.values), **({"weights": list(self.weights)} if self.weights else {})}
 
-    def draw(self, rng: np.random.Generator) -> Any:
+    def sample(self, rng: np.random.Generator) -> Any:
         """Return one of the values."""
         fractions = np.array(self.weights) / sum(self.weights) if self.weights else None
         return self.values[int(rng.choice(len(self.values), p=fractions))]
@@ -70,11 +70,11 @@ class RandomSetting:
         """The path in one word, "layout.bays"."""
         return ".".join(map(str, self.path))
 
-    def draw(self, rng: np.random.Generator) -> Any:
+    def sample(self, rng: np.random.Generator) -> Any:
         """Return one value."""
         if isinstance(self.source, Distribution) and self.kind == "int":
-            return self.source.draw_count(rng)
-        return self.source.draw(rng)
+            return self.source.sample_count(rng)
+        return self.source.sample(rng)
 
     def end(self, end: End) -> Any:
         """Return the smallest or the largest value; the mean where there is none."""

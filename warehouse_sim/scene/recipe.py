@@ -114,5 +114,5 @@ class SceneRecipe:
         """
         if not self.random_settings:
             return self
-        values = [(item.path, item.draw(stream(f"recipe {item.name}"))) for item in self.random_settings]
+        values = [(item.path, item.sample(stream(f"recipe {item.name}"))) for item in self.random_settings]
         return from_mapping(SceneRecipe, with_values(self.to_plain(), values), "a draw of the recipe")

@@ -63,7 +63,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         batter_cartons(draft, recipe.carton_wear, stream("carton wear"))
         open_flaps(draft, recipe.carton_wear.open_fraction, stream("open flaps"))
         film = stream("hanging film")
-        hang_film(draft, recipe.shelving.hanging_film.draw_count(film), area, film)
+        hang_film(draft, recipe.shelving.hanging_film.sample_count(film), area, film)
         viewpoints = choose_viewpoints(
             draft, recipe.targets, recipe.observations_per_scene, recipe.viewpoints, area, stream("viewpoints")
         )

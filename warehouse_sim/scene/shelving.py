@@ -179,8 +179,8 @@ def _place(
     for number in range(_TRIES):
         # The slot's x points into the rack, its y along the beams. Where it is tight, pallets stand straighter.
         scale = jitter_scale(number, _TRIES)
-        shift = scale * np.array([config.depth_mm.draw(rng), config.lateral_mm.draw(rng), 0.0]) / 1000
-        turn = scale * np.deg2rad(config.yaw_deg.draw(rng)) + np.pi * rng.integers(2)
+        shift = scale * np.array([config.depth_mm.sample(rng), config.lateral_mm.sample(rng), 0.0]) / 1000
+        turn = scale * np.deg2rad(config.yaw_deg.sample(rng)) + np.pi * rng.integers(2)
         T_world_load = slot.T_world_slot @ make_transform(rotation_z(turn), shift)
         box = load.envelope.placed(T_world_load)
         if structure.clear_of(box, _CLEARANCE) and neighbours.clear_of(box, _CLEARANCE):

@@ -48,15 +48,15 @@ def stage_loads(
     Raises:
         PlacementError: The floor is too small for so many loads.
     """
-    count = config.count.draw_count(rng)
+    count = config.count.sample_count(rng)
     standing: list[OrientedBox] = []
     fixed = draft.solids().boxes  # bins, rails and signs stand on the floor before loads come
     for number in range(count):
         headroom = _CARRIER_HEADROOM if loads.carrier_fraction > 0.0 else _HEADROOM
         load, stack = build_unit_load(headroom, loads, rng, on_floor=True), BoxStack.of(standing)
         for _ in range(_TRIES):
-            position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.draw(rng), 0.0])
-            T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.draw(rng))), position)
+            position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.sample(rng), 0.0])
+            T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.sample(rng))), position)
             box = load.envelope.placed(T_world_load)
             if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance) and fixed.clear_of(box, 0.0):
                 break

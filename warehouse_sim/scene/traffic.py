@@ -84,7 +84,7 @@ def add_trucks(
     draft: SceneDraft, config: TrafficConfig, loads: UnitLoadConfig, area: Area, rng: np.random.Generator
 ) -> None:
     """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
-    count = config.trucks.draw_count(rng)
+    count = config.trucks.sample_count(rng)
     kinds, fraction = config.truck_kinds, config.laden_fraction
     add_trucks_at_work(draft, count, kinds, fraction, config.clearance, loads, area, rng)
 
@@ -98,7 +98,7 @@ def add_side_trucks(
 ) -> None:
     """Put trucks at work into ``aisles`` drawn at random, of which there may be none."""
     kinds, fraction = config.truck_kinds, config.laden_fraction
-    for _ in range(config.side_trucks.draw_count(rng) if aisles else 0):
+    for _ in range(config.side_trucks.sample_count(rng) if aisles else 0):
         area = aisles[int(rng.integers(len(aisles)))]
         add_trucks_at_work(draft, 1, kinds, fraction, config.clearance, loads, area, rng)
 
@@ -124,7 +124,7 @@ def add_traffic(
     placed: list[OrientedBox] = []
     standing = FINE_STANDING if config.detail == "fine" else STANDING
     for setting, class_name in _KINDS:
-        count = getattr(config, setting).draw_count(rng)
+        count = getattr(config, setting).sample_count(rng)
         names = {"carton": cartons, "own": config.objects, **standing}[class_name]
         for number in range(count):
             name = str(rng.choice(list(names)))

@@ -104,9 +104,9 @@ def add_trucks_at_work(
     in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
     placed: list[OrientedBox] = []
     for _ in range(count):
-        crew = draw_crew(str(rng.choice(list(kinds))), laden_fraction, loads, rng)
+        crew = sample_crew(str(rng.choice(list(kinds))), laden_fraction, loads, rng)
         for _ in range(_TRIES):
-            T_world_truck = _draw_pose(crew.boxes(), area, rng)
+            T_world_truck = _sample_pose(crew.boxes(), area, rng)
             boxes = [box.placed(T_world_truck) for box in crew.boxes()]
             if _inside(boxes, area) and all(
                 stack.clear_of(box, clearance) for stack in (in_the_way, BoxStack.of(placed)) for box in boxes
@@ -116,7 +116,7 @@ def add_trucks_at_work(
                 break
 
 
-def draw_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
+def sample_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
     """Draw a truck of this kind with its driver and, by chance, its load."""
     name = KINDS[kind]
     truck = WORKING[name]
@@ -136,13 +136,13 @@ def draw_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np.r
     for carrier, T_truck_place in places:
         place = WORKING[carrier].place
         if place is not None and rng.random() < laden_fraction:
-            load = _draw_load(place, _boxes_of(carrier), loads, rng)
+            load = _sample_load(place, _boxes_of(carrier), loads, rng)
             if load is not None:
                 crew.loads.append([(model, T_truck_place @ T) for model, T in load])
     return crew
 
 
-def _draw_load(place: Place, carrier: BoxStack, loads: UnitLoadConfig, rng: np.random.Generator) -> Pieces | None:
+def _sample_load(place: Place, carrier: BoxStack, loads: UnitLoadConfig, rng: np.random.Generator) -> Pieces | None:
     """Draw a unit load and lift it onto ``place``; None where no pallet of a few draws goes onto the ``carrier``."""
     config = replace(
         loads,
@@ -210,7 +210,7 @@ def _headings_on(pallet: ObjectModel, top: float, spread: float, width: float) -
     return found
 
 
-def _draw_pose(boxes: Sequence[OrientedBox], area: Area, rng: np.random.Generator) -> Transform:
+def _sample_pose(boxes: Sequence[OrientedBox], area: Area, rng: np.random.Generator) -> Transform:
     """Return ``T_world_truck`` somewhere along ``area``, or facing one of its long sides from near it."""
     corners = np.concatenate([box.corners() for box in boxes])
     x, y = rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max)

@@ -15,10 +15,10 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_fraction
-from warehouse_sim.scene.packing.carriers import draw_carrier
-from warehouse_sim.scene.packing.contents import Goods, Room, draw_goods
+from warehouse_sim.scene.packing.carriers import sample_carrier
+from warehouse_sim.scene.packing.contents import Goods, Room, sample_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
-from warehouse_sim.scene.packing.pallet_choice import draw_pallet
+from warehouse_sim.scene.packing.pallet_choice import sample_pallet
 from warehouse_sim.scene.packing.securing import FilmConfig, corner_posts, film_around
 from warehouse_sim.schema import ObjectModel
 
@@ -151,10 +151,10 @@ def build_unit_load(
         PlacementError: No pallet or no goods of the recipe fit, or pieces cannot be jittered as asked.
     """
     if _happens(config.carrier_fraction, rng):
-        sampled = draw_carrier(config, rng, headroom, footprint, most_mass, on_floor)
+        sampled = sample_carrier(config, rng, headroom, footprint, most_mass, on_floor)
         if sampled is not None:
             return _of_carrier(*sampled)
-    pallet = _damaged_by_chance(draw_pallet(config, rng, footprint), config, rng)
+    pallet = _damaged_by_chance(sample_pallet(config, rng, footprint), config, rng)
     height = float(pallet.size[2])
     pieces: Goods = [(pallet, make_transform(translation=np.array([0.0, 0.0, height / 2 + INITIAL_AIR])))]
     if rng.random() < config.empty_fraction:
@@ -166,9 +166,9 @@ def build_unit_load(
         centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
         pieces.append((model, make_transform(rotation_z(turn), centre)))
         floor += INITIAL_AIR + float(model.size[2])
-    room = room_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.draw(rng), most_mass)
+    room = room_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.sample(rng), most_mass)
     T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
-    goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in draw_goods(room, config, rng)]
+    goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in sample_goods(room, config, rng)]
     pieces += goods + _securing(goods, pallet, floor, config, rng)
     return UnitLoad(tuple(pieces))
 

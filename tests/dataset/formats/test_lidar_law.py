@@ -39,7 +39,7 @@ def test_limits_hold_where_intensity_says_little_of_the_signal(name: str) -> Non
     config, rng = LIDAR_PRESETS[name], np.random.default_rng(0)
     lasers, law = len(make_sweep(config).directions) // make_sweep(config).shape[1], law_of(name)
     for seed in range(20):
-        unit = LidarUnit.draw(config, np.random.default_rng(seed))
+        unit = LidarUnit.sample(config, np.random.default_rng(seed))
         distance = rng.uniform(2.0, min(60.0, config.max_range), 2000).astype(np.float32)
         reflectance, ring = rng.uniform(0.02, 1.0, 2000).astype(np.float32), rng.integers(0, lasers, 2000)
         sigma = range_sigma(relative_power(reflectance, distance, config), config)

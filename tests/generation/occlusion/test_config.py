@@ -29,7 +29,7 @@ def test_requests_go_through_the_ranges_in_turn() -> None:
 
 def test_a_width_makes_windows_evenly_within_the_range() -> None:
     rng = np.random.default_rng(0)
-    windows = np.array([FractionRange(0.2, 0.9, width=0.1).draw(rng) for _ in range(2000)])
+    windows = np.array([FractionRange(0.2, 0.9, width=0.1).sample(rng) for _ in range(2000)])
     np.testing.assert_allclose(windows[:, 1] - windows[:, 0], 0.1)
     assert windows.min() >= 0.2
     assert windows.max() <= 0.9

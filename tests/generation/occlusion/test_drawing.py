@@ -15,7 +15,7 @@ CARTONS = ("carton_600x400x300", "carton_400x300x200")
 
 def sampled(kind: str, least: float, count: int, seed: int = 0) -> list[Occluder]:
     sampler = OccluderSampler(UnitLoadConfig(cartons=CARTONS, pallets=("epal1",)), np.random.default_rng(seed))
-    return [item for item in (sampler.draw(kind, least) for _ in range(count)) if item is not None]
+    return [item for item in (sampler.sample(kind, least) for _ in range(count)) if item is not None]
 
 
 @pytest.mark.parametrize("kind", ["load", "wrap", "pallet", "traffic"])
@@ -62,7 +62,7 @@ def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: st
     pairs = 0
     for seed in range(5):
         sampler = OccluderSampler(loads, np.random.default_rng(seed))
-        for occluder in filter(None, (sampler.draw("wrap", height), sampler.unit_load(height))):
+        for occluder in filter(None, (sampler.sample("wrap", height), sampler.unit_load(height))):
             pile = Pile(occluder.models, occluder.instances)
             for upper in pile.pallets()[1:]:
                 fraction, over = pile.supported(upper)

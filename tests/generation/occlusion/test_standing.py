@@ -28,7 +28,7 @@ def test_occluders_of_each_kind_leave_any_fraction(kind: str, wanted: float) -> 
     occluded = occluded_scene_of(hall())
     sight, sampler = sight_of(occluded), OccluderSampler(UnitLoadConfig(), rng)
     for _ in range(8):
-        occluder = sampler.draw(kind, needed_height(sight, 0.07))
+        occluder = sampler.sample(kind, needed_height(sight, 0.07))
         T = None if occluder is None else find_standing_pose(occluded, sight, occluder, wanted, 0.02, rng)
         if occluder is not None and T is not None:
             break
@@ -48,7 +48,7 @@ def test_nothing_is_put_where_there_is_no_room() -> None:
     blocked = [("drum_steel_216_blue", x, y) for x in np.arange(-3.0, 3.1, 0.7) for y in (-3.2, -2.4, -1.6, -0.9)]
     occluded = occluded_scene_of(hall(*blocked, loose=False))
     sight = sight_of(occluded_scene_of(hall()))
-    occluder = OccluderSampler(UnitLoadConfig(), rng).draw("load", 0.4)
+    occluder = OccluderSampler(UnitLoadConfig(), rng).sample("load", 0.4)
     assert occluder is not None
     assert find_standing_pose(occluded, sight, occluder, 0.5, 0.05, rng) is None
 

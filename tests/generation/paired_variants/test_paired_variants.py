@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gl
 PLAIN = {
     "lights": [{"name": "half", "factor": 0.5}],
     "materials": [{"name": "other surfaces", "swap": {"kraft": "board_white", "concrete": "blockwork"}}],
-    "noise": [{"name": "again"}, {"name": "coarse", "rgbd": {"depth": {"sigma_base": 0.2}}, "draw": 0}],
+    "noise": [{"name": "again"}, {"name": "coarse", "rgbd": {"depth": {"sigma_base": 0.2}}, "sample": 0}],
     "without_occluders": True,
 }
 
@@ -181,7 +181,7 @@ def test_the_config_comes_back_from_plain_data_and_rejects_what_makes_no_paired_
     for plain, message in (
         ({"noise": [{"name": "a"}, {"name": "a"}]}, "a name of its own"),
         ({"noise": [{"name": ""}]}, r"found \['base', ''\]$"),
-        ({"noise": [{"name": "a", "draw": 0}]}, "draw must be >= 1"),
+        ({"noise": [{"name": "a", "sample": 0}]}, "sample must be >= 1"),
         ({"lights": [{"preset": "dim"}]}, "expected a name"),
         ({"materials": [{"name": "x", "swap": {"wood": "kraft"}}]}, "swap names 'wood'"),
         ({"materials": [{"name": "x", "swap": {"kraft": "stretch_film"}}]}, "is film"),

@@ -13,7 +13,7 @@ from warehouse_sim.scene.lighting import LightingConfig
 from warehouse_sim.scene.lighting.panes import PANE, pane_lights
 from warehouse_sim.scene.lighting.photometry import luminous_flux
 from warehouse_sim.scene.lighting.presets import PRESETS
-from warehouse_sim.scene.lighting.switching import draw_lighting
+from warehouse_sim.scene.lighting.switching import sample_lighting
 from warehouse_sim.schema import SceneSpec
 
 FLOOR = np.array([[0.0, 0.0, 0.0]])
@@ -52,10 +52,10 @@ def test_at_dusk_they_give_less_and_at_night_nothing() -> None:
 
 
 def test_what_panes_show_is_scaled_with_what_they_give() -> None:
-    lighting = draw_lighting(LightingConfig(daylight=True), hall(), FLOOR, np.random.default_rng(0))
+    lighting = sample_lighting(LightingConfig(daylight=True), hall(), FLOOR, np.random.default_rng(0))
     lit = lighting.scaled(0.25).applied(hall())
     assert lit.materials[PANE].emission == pytest.approx(0.25 * materials()[PANE].emission)
-    only_glowing = draw_lighting(LightingConfig(), hall(), FLOOR, np.random.default_rng(0)).scaled(0.25)
+    only_glowing = sample_lighting(LightingConfig(), hall(), FLOOR, np.random.default_rng(0)).scaled(0.25)
     assert only_glowing.fill == ()
     assert only_glowing.applied(hall()).materials[PANE] == materials()[PANE]
 
@@ -63,7 +63,7 @@ def test_what_panes_show_is_scaled_with_what_they_give() -> None:
 def test_lighting_a_lit_scene_again_changes_nothing_outdoors() -> None:
     """Dusk is a ninth of the day, and not of the dusk before."""
     config = replace(LightingConfig(), preset="dim")
-    once = draw_lighting(config, hall(), FLOOR, np.random.default_rng(0)).applied(hall())
-    twice = draw_lighting(config, once, FLOOR, np.random.default_rng(0)).applied(once)
+    once = sample_lighting(config, hall(), FLOOR, np.random.default_rng(0)).applied(hall())
+    twice = sample_lighting(config, once, FLOOR, np.random.default_rng(0)).applied(once)
     assert twice.materials[PANE] == once.materials[PANE]
     assert once.materials[PANE].emission < 0.2 * materials()[PANE].emission

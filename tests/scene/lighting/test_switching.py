@@ -9,7 +9,7 @@ from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
-from warehouse_sim.scene.lighting.switching import draw_lighting
+from warehouse_sim.scene.lighting.switching import sample_lighting
 from warehouse_sim.schema import SceneSpec
 
 AISLE = Area(-6.0, 6.0, -8.0, 0.0)
@@ -25,7 +25,7 @@ def hall(rows: int = 1, count: int = 4) -> SceneSpec:
 
 def installed(rows: int = 1, count: int = 4, seed: int = 0, **settings: object) -> SceneLighting:
     config = LightingConfig(**settings)  # type: ignore[arg-type]
-    return draw_lighting(config, hall(rows, count), FLOOR, np.random.default_rng(seed))
+    return sample_lighting(config, hall(rows, count), FLOOR, np.random.default_rng(seed))
 
 
 def fluxes(lighting: SceneLighting, source: str) -> list[float]:

@@ -8,7 +8,7 @@ from warehouse_sim.catalog.loads import CARRIERS
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.scene.packing.carriers import draw_carrier
+from warehouse_sim.scene.packing.carriers import sample_carrier
 from warehouse_sim.scene.unit_load import UnitLoadConfig, build_unit_load
 
 EVERY = UnitLoadConfig(carrier_fraction=1.0)
@@ -16,7 +16,7 @@ EVERY = UnitLoadConfig(carrier_fraction=1.0)
 
 def sampled(headroom: float = 3.0, footprint: tuple[float, float] | None = None, on_floor: bool = True) -> set[str]:
     rng = np.random.default_rng(0)
-    found = [draw_carrier(EVERY, rng, headroom, footprint, np.inf, on_floor) for _ in range(200)]
+    found = [sample_carrier(EVERY, rng, headroom, footprint, np.inf, on_floor) for _ in range(200)]
     return {pair[0].name for pair in found if pair is not None}
 
 

@@ -75,7 +75,7 @@ def errors(model: str) -> Values:
     even = scan(caster, config.ideal(), place, np.random.default_rng(0))
     means, within, counts = [], [], []
     for number in range(UNITS):
-        unit = LidarUnit.draw(config, np.random.default_rng(number))
+        unit = LidarUnit.sample(config, np.random.default_rng(number))
         read = scan(caster, config, place, np.random.default_rng(100 + number), unit=unit)
         _, a, b = np.intersect1d(_keys(even), _keys(read), return_indices=True)
         reach = np.linalg.norm(even.points[a].astype(float), axis=1)
@@ -100,7 +100,7 @@ def floor_spread(config: LidarConfig, number: int) -> Values:
     )
     caster, rng = RayCaster(scene), np.random.default_rng(number)
     finishes = finishes_of(scene, caster.materials, config.brightness, rng)
-    unit = LidarUnit.draw(config, rng)
+    unit = LidarUnit.sample(config, rng)
     read = scan(caster, config, at(0, 0, 0), rng, unit=unit, finishes=finishes)
     return spread(read.points.astype(float), read.intensity.astype(float), read.ring)
 

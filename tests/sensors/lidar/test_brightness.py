@@ -31,7 +31,7 @@ def read(scene: SceneSpec, brightness: BrightnessConfig, seed: int = 0, unit_see
         config,
         at(0, 0, 0),
         np.random.default_rng(seed),
-        unit=LidarUnit.draw(config, np.random.default_rng(unit_seed)),
+        unit=LidarUnit.sample(config, np.random.default_rng(unit_seed)),
         finishes=finishes_of(scene, caster.materials, brightness, np.random.default_rng(7)),
     )
 
@@ -88,7 +88,7 @@ def test_grain_lies_still_from_sweep_to_sweep() -> None:
 
 def test_what_calibration_leaves_goes_with_the_distance() -> None:
     only = replace(BrightnessConfig.even(), range_residual=0.1)
-    unit = LidarUnit.draw(replace(QUIET, brightness=only), np.random.default_rng(1))
+    unit = LidarUnit.sample(replace(QUIET, brightness=only), np.random.default_rng(1))
     distance = np.float32(np.geomspace(2.0, 100.0, 4000))
     left = unit.residual_at(distance)
     assert left.std() == pytest.approx(0.1, rel=0.35)
@@ -129,7 +129,7 @@ def test_intensity_is_no_name_of_the_material(name: str) -> None:
     scene = two_walls(replace(GREY, texture="concrete_worn"))
     caster = RayCaster(scene)
     finishes = finishes_of(scene, caster.materials, config.brightness, np.random.default_rng(7))
-    unit = LidarUnit.draw(config, np.random.default_rng(2))
+    unit = LidarUnit.sample(config, np.random.default_rng(2))
     result = scan(caster, config, at(0, 0, 0), np.random.default_rng(0), unit=unit, finishes=finishes)
     full = 1.0 if config.intensity_scale == "linear" else 100 / 255
     named = np.rint(255 * full * 0.5 * result.points[:, 0] / np.linalg.norm(result.points, axis=1))

@@ -63,7 +63,7 @@ def test_a_strong_signal_repeats_as_published(name: str) -> None:
 def test_lasers_of_units_are_as_accurate_as_published(name: str, accuracy: float) -> None:
     """One sigma of 2 cm over all lasers; even between +-3 cm; no bias but 1.5 cm of repeatability."""
     config = LIDAR_PRESETS[name]
-    units = [LidarUnit.draw(config, np.random.default_rng(seed)) for seed in range(200)]
+    units = [LidarUnit.sample(config, np.random.default_rng(seed)) for seed in range(200)]
     bias = np.concatenate([unit.bias for unit in units])
     total = np.hypot(bias.std(), config.range_noise)
     assert total == pytest.approx(accuracy, rel=0.15)

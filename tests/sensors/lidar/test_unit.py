@@ -27,7 +27,7 @@ def range_errors(result: LidarScan) -> np.ndarray:
 
 
 def test_a_units_lasers_are_off_by_as_much_in_every_sweep(wall: RayCaster) -> None:
-    unit = LidarUnit.draw(STILL, np.random.default_rng(3))
+    unit = LidarUnit.sample(STILL, np.random.default_rng(3))
     means = []
     for seed in range(2):
         result = scan(wall, STILL, at(0, 0, 0), np.random.default_rng(seed), unit=unit)
@@ -41,7 +41,7 @@ def test_a_units_lasers_are_off_by_as_much_in_every_sweep(wall: RayCaster) -> No
 
 def test_noise_from_pulse_to_pulse_stays_beside_the_bias(wall: RayCaster) -> None:
     result = scan(
-        wall, STILL, at(0, 0, 0), np.random.default_rng(0), unit=LidarUnit.draw(STILL, np.random.default_rng(3))
+        wall, STILL, at(0, 0, 0), np.random.default_rng(0), unit=LidarUnit.sample(STILL, np.random.default_rng(3))
     )
     errors = range_errors(result)
     within = [errors[result.ring == ring].std() for ring in range(64)]
@@ -49,8 +49,8 @@ def test_noise_from_pulse_to_pulse_stays_beside_the_bias(wall: RayCaster) -> Non
 
 
 def test_every_nth_beam_keeps_its_own_errors() -> None:
-    whole = LidarUnit.draw(STILL, np.random.default_rng(3))
-    part = LidarUnit.draw(replace(STILL, every_nth_beam=4), np.random.default_rng(3))
+    whole = LidarUnit.sample(STILL, np.random.default_rng(3))
+    part = LidarUnit.sample(replace(STILL, every_nth_beam=4), np.random.default_rng(3))
     np.testing.assert_array_equal(part.bias, whole.bias[::4])
     np.testing.assert_array_equal(part.gain, whole.gain[::4])
 
@@ -69,7 +69,7 @@ def test_azimuths_differ_from_sweep_to_sweep_but_not_of_an_encoder(wall: RayCast
 
 def test_the_same_seed_gives_the_same_sweep(wall: RayCaster) -> None:
     config = replace(LIDAR_PRESETS["hdl64e"], returns="dual")
-    unit = LidarUnit.draw(config, np.random.default_rng(3))
+    unit = LidarUnit.sample(config, np.random.default_rng(3))
     first, second = (scan(wall, config, at(0, 0, 0), np.random.default_rng(9), unit=unit) for _ in range(2))
     for name in ("points", "intensity", "instance_ids", "ring", "time"):
         assert getattr(first, name).tobytes() == getattr(second, name).tobytes()

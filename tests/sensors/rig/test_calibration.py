@@ -91,7 +91,7 @@ def test_the_stated_pose_is_the_true_one_off_by_the_sensors_own_error() -> None:
 
 def test_errors_have_the_stated_spread_and_are_never_larger_than_three_of_it() -> None:
     config = CalibrationConfig()
-    sampled = [config.draw({"lidar": None}, partial(scene_rng, 0, scene)) for scene in range(4000)]
+    sampled = [config.sample({"lidar": None}, partial(scene_rng, 0, scene)) for scene in range(4000)]
     found = {
         "focal_fraction": [item.focal_factor - 1 for item in sampled],
         "lens_fraction": [item.lens_factor - 1 for item in sampled],
@@ -112,8 +112,8 @@ def test_errors_have_the_stated_spread_and_are_never_larger_than_three_of_it() -
 
 def test_a_sensor_more_changes_no_other_and_the_cameras_housing_is_its_own() -> None:
     stream = partial(scene_rng, 3, 7)
-    one = CalibrationConfig().draw({"camera": None, "lidar": None, "imu": None, "right": None}, stream)
-    two = CalibrationConfig().draw({"rear": None, "lidar": None}, stream)
+    one = CalibrationConfig().sample({"camera": None, "lidar": None, "imu": None, "right": None}, stream)
+    two = CalibrationConfig().sample({"rear": None, "lidar": None}, stream)
     assert list(one.T_sensor_nominal) == ["lidar"]
     assert np.array_equal(one.T_sensor_nominal["lidar"], two.T_sensor_nominal["lidar"])
     assert not np.array_equal(two.T_sensor_nominal["rear"], two.T_sensor_nominal["lidar"])
@@ -134,7 +134,7 @@ def test_it_is_off_by_default_and_comes_back_from_plain_data() -> None:
 
 
 def test_without_spread_everything_is_stated_as_it_is() -> None:
-    sampled = CalibrationConfig(**NOTHING, time_ms=0).draw({"lidar": None}, partial(scene_rng, 0, 0))
+    sampled = CalibrationConfig(**NOTHING, time_ms=0).sample({"lidar": None}, partial(scene_rng, 0, 0))
     assert (sampled.focal_factor, sampled.depth_factor, sampled.center_px) == (1.0, 1.0, (0.0, 0.0))
     view = Viewpoint(level_camera(np.array([0.0, 0, 1]), 0.0), velocity=(1.0, 0.0, 0.0))
     nominal = sampled.nominal(seen_from(view), view)

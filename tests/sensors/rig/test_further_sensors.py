@@ -57,7 +57,7 @@ def test_every_sensor_has_a_stream_of_its_own_and_only_cameras_are_drawn_again_b
     mounted = rig_of(PLAIN).mounted()
     names = [item.stream_of(3) for item in mounted.values()]
     assert names == ["rgbd 3", "lidar 3", "lidar rear 3", "right 3", "imu 3", "sensor low 3", "sensor pair 3"]
-    again = [item.stream_of(3, noise_draw=2) for item in mounted.values()]
+    again = [item.stream_of(3, noise_sample=2) for item in mounted.values()]
     cameras = ["rgbd 3 draw 2", "right 3 draw 2", "sensor low 3 draw 2", "sensor pair 3 draw 2"]
     assert again == [*cameras[:1], "lidar 3", "lidar rear 3", cameras[1], "imu 3", *cameras[2:]]
 

@@ -10,7 +10,7 @@ from warehouse_sim.evaluation.intervals import fraction_interval
 
 Row = dict[str, Any]
 MARGINS_MM = (0, 10, 20)
-_DRAWS = 2000
+_RESAMPLES = 2000
 
 
 def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
@@ -62,7 +62,7 @@ def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False
         "simulation only": int((~swept & simulated).sum()),
         "neither": int((~swept & ~simulated).sum()),
         "agree": float(same.mean()),
-        "agree_95": fraction_interval(same, scenes, _DRAWS, np.random.default_rng(0)),
+        "agree_95": fraction_interval(same, scenes, _RESAMPLES, np.random.default_rng(0)),
     }
 
 

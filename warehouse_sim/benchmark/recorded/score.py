@@ -11,7 +11,7 @@ from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group, Oracle, S
 from warehouse_sim.benchmark.recorded.entries import BASELINE, GRAVITY, MASKS, entries
 from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in, read_faces
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import DRAWS
+from warehouse_sim.benchmark.rows.scores import RESAMPLES
 from warehouse_sim.benchmark.scored import posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
@@ -94,7 +94,7 @@ def face_rows(group: Group, folder: Path) -> Iterator[Row]:
             if isinstance(member, Evaluated) and all(item is None for item in found):
                 raise InputError(f"{group.name} answers none of the faces: their pallets are in no catalog")
             values = np.array([item is not None and item.docked for item in found], dtype=float)
-            low, high = fraction_interval(values, sites, DRAWS, np.random.default_rng(0))
+            low, high = fraction_interval(values, sites, RESAMPLES, np.random.default_rng(0))
             value = float(values.mean())
             interval = round(min(low, value), 5), round(max(high, value), 5)
             condition = f"{folder.name}, masks: {masks}, gravity: {gravity}"

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.rows.row import Row, Table
-from warehouse_sim.benchmark.rows.scores import DRAWS
+from warehouse_sim.benchmark.rows.scores import RESAMPLES
 from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
@@ -23,7 +23,7 @@ from warehouse_sim.geometry.precision_recall import match, precision_recall
 from warehouse_sim.output import make_folder
 
 _LEAST_OVERLAP, _LEAST_SCORE = 0.5, 0.5
-_AP_DRAWS = 200
+_AP_RESAMPLES = 200
 _RECALLS = tuple(round(0.1 * k, 1) for k in range(1, 11))
 _FOUND, _NOTHING, _SOMETHING, _MISSED = "what was found", "nothing", "something", "missed"
 
@@ -84,7 +84,7 @@ def detection_rows(name: str, condition: str, found: Sequence[FoundObject], open
             interval = round(min(ends[0], value), 5), round(max(ends[1], value), 5)
             return Row(table, name, condition, group, metric, round(value, 5), interval, n, scenes, trainings)
 
-        for metric, (value, low, high) in precision_intervals(parts, _AP_DRAWS, np.random.default_rng(0)).items():
+        for metric, (value, low, high) in precision_intervals(parts, _AP_RESAMPLES, np.random.default_rng(0)).items():
             # With one scene, or none in uncertainty, a bootstrap has no width.
             one, other = wilson(value, wanted_in(parts))
             yield row("detection", f"ap_{metric}", value, (min(low, one), max(high, other)))
@@ -105,7 +105,7 @@ def _precision_by_recall(parts: Sequence[Seen]) -> Iterator[tuple[float, float, 
     matches = [match(item.scores, item.boxes, item.wanted, _LEAST_OVERLAP) for item in parts]
     scenes = sorted({item.scene_id for item in parts})
     of_scene = [[m for m, item in zip(matches, parts, strict=True) if item.scene_id == scene] for scene in scenes]
-    picks = np.random.default_rng(0).integers(len(scenes), size=(_AP_DRAWS, len(scenes)))
+    picks = np.random.default_rng(0).integers(len(scenes), size=(_AP_RESAMPLES, len(scenes)))
     sampled = np.stack([_read_at([m for number in row for m in of_scene[number]]) for row in picks])
     whole, wanted = _read_at(matches), wanted_in(parts)
     for number, recall in enumerate(_RECALLS):
@@ -141,7 +141,7 @@ def _confusion_rows(
         labels = {_NOTHING} if true == _FOUND else {label for label, _ in mine} | {_MISSED}
         for label in sorted(labels):
             values = np.array([one == label for one, _ in mine], dtype=float)
-            low, high = fraction_interval(values, scene_id, DRAWS, np.random.default_rng(0))
+            low, high = fraction_interval(values, scene_id, RESAMPLES, np.random.default_rng(0))
             value = float(values.mean())
             interval = round(min(low, value), 5), round(max(high, value), 5)
             counted = len(values), len(set(scene_id.tolist()))

@@ -14,7 +14,7 @@ from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
 from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
 
-DRAWS = 1000
+RESAMPLES = 1000
 _AMONG_FOUND = "_of_found"
 LINEMOD_SYMMETRIC = (10, 11)
 """Eggbox and glue, of which LINEMOD's users take the distance to the nearest point (Hinterstoisser et al. 2012)."""
@@ -79,7 +79,7 @@ def fraction_row(
     if not applies.any():
         return None
     by_gt, scenes = np.nanmean(values[:, applies], axis=0), scene_id[applies]
-    low, high = fraction_interval(by_gt, scenes, DRAWS, np.random.default_rng(0))
+    low, high = fraction_interval(by_gt, scenes, RESAMPLES, np.random.default_rng(0))
     value = float(by_gt.mean())
     if len(values) > 1:
         one, other = seed_interval([float(np.nanmean(part[applies])) for part in values])

@@ -10,7 +10,7 @@ import numpy as np
 from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import DRAWS, make_row
+from warehouse_sim.benchmark.rows.scores import RESAMPLES, make_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
 from warehouse_sim.dataset.results import predictions
@@ -91,7 +91,7 @@ def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:
         }
         for metric, column in values.items():
             fraction = np.array(column, dtype=float)
-            low, high = fraction_interval(fraction, scenes, DRAWS, np.random.default_rng(0))
+            low, high = fraction_interval(fraction, scenes, RESAMPLES, np.random.default_rng(0))
             value = float(fraction.mean())
             yield make_row(answer, "simulated", name, metric, value, (min(low, value), max(high, value)), scenes)
 
@@ -123,7 +123,7 @@ def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> I
             scenes = np.array([item.scene_id for item in items])
             for metric in ("docked", "aborted"):
                 fraction = np.array([getattr(item, metric) for item in items], dtype=float)
-                low, high = fraction_interval(fraction, scenes, DRAWS, np.random.default_rng(0))
+                low, high = fraction_interval(fraction, scenes, RESAMPLES, np.random.default_rng(0))
                 value = round(float(fraction.mean()), 5)
                 ends = round(min(float(low), value), 5), round(max(float(high), value), 5)
                 counted = len(items), len(set(scenes.tolist())), trainings.get(method, 0)

@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-_DRAWS = 500
+_RESAMPLES = 500
 _Z = 1.959963984540054
 
 
@@ -49,7 +49,7 @@ def quantile(
     )
     names = np.unique(scene_id)
     parts = [values[scene_id == name] for name in names]
-    picks = rng.integers(len(names), size=(_DRAWS, len(names)))
+    picks = rng.integers(len(names), size=(_RESAMPLES, len(names)))
     sampled = [np.quantile(np.concatenate([parts[number] for number in row]), fraction) for row in picks]
     ends = np.percentile(sampled, [2.5, 97.5])
     value = float(np.quantile(values, fraction))

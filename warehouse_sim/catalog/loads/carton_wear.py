@@ -63,9 +63,9 @@ def battered(model: ObjectModel, wear: CartonWearConfig, rng: np.random.Generato
     """
     half = model.size / 2
     bulge = rng.uniform(0.0, wear.bulge)
-    dents = [_Dent.draw(half, wear.depth, rng) for _ in range(int(rng.integers(1, 4)))]
+    dents = [_Dent.sample(half, wear.depth, rng) for _ in range(int(rng.integers(1, 4)))]
     hits: list[_Dent | _Corner] = [*dents]
-    hits += [_Corner.draw(half, wear.depth, rng) for _ in range(int(rng.integers(0, 3)))]
+    hits += [_Corner.sample(half, wear.depth, rng) for _ in range(int(rng.integers(0, 3)))]
 
     def bent(points: Points) -> Points:
         moved = _bulged(points, half, bulge)
@@ -88,7 +88,7 @@ class _Dent:
     depth: float
 
     @classmethod
-    def draw(cls, half: np.ndarray, depth: float, rng: np.random.Generator) -> "_Dent":
+    def sample(cls, half: np.ndarray, depth: float, rng: np.random.Generator) -> "_Dent":
         axis, sign = int(rng.integers(2)), float(rng.choice([-1.0, 1.0]))
         centre = half * rng.uniform(-0.9, 0.9, 3)
         centre[axis] = sign * half[axis]
@@ -113,7 +113,7 @@ class _Corner:
     depth: float
 
     @classmethod
-    def draw(cls, half: np.ndarray, depth: float, rng: np.random.Generator) -> "_Corner":
+    def sample(cls, half: np.ndarray, depth: float, rng: np.random.Generator) -> "_Corner":
         place = half * rng.choice([-1.0, 1.0], 3)
         return cls(place, rng.uniform(0.25, 0.6) * float(half.min() * 2), depth * rng.uniform(0.5, 1.5))
 

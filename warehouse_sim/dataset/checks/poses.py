@@ -40,7 +40,7 @@ def mesh_depth(
     if points[:, 2].min() < _NEAR:
         return None
     if camera.distortion is not None:
-        _draw_through_lens(depth, points, mesh.faces, camera)
+        _render_through_lens(depth, points, mesh.faces, camera)
         return depth
     uv = camera.project(points)[mesh.faces]
     places = np.arange(camera.width)[None, :], np.arange(camera.height)[:, None]
@@ -48,7 +48,7 @@ def mesh_depth(
     return depth
 
 
-def _draw_through_lens(
+def _render_through_lens(
     depth: Float[np.ndarray, "h w"],
     points: Float[np.ndarray, "n 3"],
     faces: Int[np.ndarray, "m 3"],

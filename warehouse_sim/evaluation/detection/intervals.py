@@ -9,7 +9,7 @@ from warehouse_sim.geometry.precision_recall import average_precision, match
 
 
 def precision_intervals(
-    parts: Sequence[Seen], draws: int, rng: np.random.Generator
+    parts: Sequence[Seen], resamples: int, rng: np.random.Generator
 ) -> dict[str, tuple[float, float, float]]:
     """Return average precision (0-1) and the ends of its 95 % interval by name: box_50, box_75, mask_50, mask_75.
 
@@ -18,11 +18,11 @@ def precision_intervals(
 
     Args:
         parts: Of one class, image by image.
-        draws: Bootstrap resamples.
+        resamples: Bootstrap resamples.
         rng: Source of the resamples.
     """
     scenes = sorted({item.scene_id for item in parts})
-    picks = rng.integers(len(scenes), size=(draws, len(scenes)))
+    picks = rng.integers(len(scenes), size=(resamples, len(scenes)))
     kinds = ["box"] if any(item.masks is None for item in parts) else ["box", "mask"]
     found: dict[str, tuple[float, float, float]] = {}
     for kind in kinds:

@@ -13,7 +13,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import LightingConfig, floor_points
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, flux_per_candela
 from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
-from warehouse_sim.scene.lighting.switching import draw_lighting
+from warehouse_sim.scene.lighting.switching import sample_lighting
 from warehouse_sim.schema import Light, SceneSpec, Viewpoint
 
 FLUX = 1500.0
@@ -84,7 +84,7 @@ def light_scene(
     Raises:
         RecipeError: No light reaches the floor of the aisle, so that no lux can be reached.
     """
-    lighting = draw_lighting(config, scene, floor_points(scene), rng)
+    lighting = sample_lighting(config, scene, floor_points(scene), rng)
     if lighting.lux is not None:
         lighting = _dimmed(lighting, lighting.lux, scene, caster)
     meter = LightMeter(lighting.applied(scene), caster)

@@ -33,7 +33,7 @@ class FractionRange:
         if self.width is not None and not 0.0 < self.width <= self.max - self.min + 1e-9:
             raise ValueError(f"width must be above 0 and at most max - min, found {self.width}")
 
-    def draw(self, rng: np.random.Generator) -> tuple[float, float]:
+    def sample(self, rng: np.random.Generator) -> tuple[float, float]:
         """Return least and largest visible fraction of one request."""
         if self.width is None:
             return self.min, self.max
@@ -99,4 +99,4 @@ class OcclusionConfig:
     def request(self, number: int, rng: np.random.Generator) -> tuple[float, float]:
         """Return least and largest visible fraction of the dataset's request ``number``."""
         ranges = self.visible_fraction.ranges
-        return ranges[number % len(ranges)].draw(rng)
+        return ranges[number % len(ranges)].sample(rng)

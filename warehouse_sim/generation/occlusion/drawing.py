@@ -15,7 +15,7 @@ from warehouse_sim.generation.occlusion.occluder import Occluder, at_rest
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.packing.pallet_choice import draw_pallet, on_these
+from warehouse_sim.scene.packing.pallet_choice import on_these, sample_pallet
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
@@ -56,7 +56,7 @@ class OccluderSampler:
         """Kinds that can be sampled."""
         return tuple(self._sorts)
 
-    def draw(self, kind: str, least_height: float) -> Occluder | None:
+    def sample(self, kind: str, least_height: float) -> Occluder | None:
         """Return an occluder of a kind, at least so high (m) where there is one; None where there is none."""
         sorts = self._sorts[kind]
         build = sorts[int(self._rng.integers(len(sorts)))]
@@ -69,9 +69,9 @@ class OccluderSampler:
             built.append(new)
         return new if new is not None and new.height >= least_height else None
 
-    def draw_pallet(self) -> ObjectModel:
+    def sample_pallet(self) -> ObjectModel:
         """Return one of the recipe's pallets."""
-        return draw_pallet(self._loads, self._rng)
+        return sample_pallet(self._loads, self._rng)
 
     def unit_load(self, height: float) -> Occluder | None:
         """Return loads on each other that reach ``height`` (m), or None if that draw gives none."""
@@ -102,7 +102,7 @@ class OccluderSampler:
             PlacementError: No goods that were tried carry a pallet, or none are light enough to stand on them.
         """
         # Carriers stand on their own: a load of another kind finds no level deck on one.
-        upper = replace(on_these(loads, [self.draw_pallet()]), carrier_fraction=0.0)
+        upper = replace(on_these(loads, [self.sample_pallet()]), carrier_fraction=0.0)
         level = replace(upper.stacking, top_layer_fraction=Distribution.constant(1.0))
         full = replace(upper, mixed_fraction=0.0, sack_fraction=0.0, stacking=level)
         for _ in range(_PAIRS):
@@ -121,7 +121,7 @@ class OccluderSampler:
 
     def _empties(self, height: float) -> Occluder | None:
         """Return a stack of empty pallets."""
-        model = self.draw_pallet()
+        model = self.sample_pallet()
         count = int(np.ceil(height / model.size[2])) + int(self._rng.integers(-1, 2))
         return self._piled("pallet", model, int(np.clip(count, 1, _MOST_EMPTIES)))
 
@@ -130,8 +130,8 @@ class OccluderSampler:
         draft = SceneDraft()
         for number in range(count):
             z = model.size[2] * (number + 0.5)
-            shift = [_OFF.draw(self._rng), _OFF.draw(self._rng)] if number else [0.0, 0.0]
-            turn = np.deg2rad(_SKEW.draw(self._rng)) if number else 0.0
+            shift = [_OFF.sample(self._rng), _OFF.sample(self._rng)] if number else [0.0, 0.0]
+            turn = np.deg2rad(_SKEW.sample(self._rng)) if number else 0.0
             draft.add(model, make_transform(rotation_z(turn), np.array([*shift, z])), draft.new_group())
         return Occluder(kind, draft.models, tuple(draft.instances))
 

@@ -28,8 +28,8 @@ class RequestOutcome:
     """Views and occluders tried."""
     reason: str = ""
     """Why it was missed; empty when it was met."""
-    draws: int = 0
-    """Extra images drawn for it: none, as rays measure what the renderer counts."""
+    images: int = 0
+    """Extra images rendered for it: none, because rays measure what the renderer counts."""
 
     @property
     def met(self) -> bool:

@@ -246,14 +246,14 @@ class Search:
         self.tries += 1
         request, least = self.request, self._needed_height(view)
         if kind == "pallet" and least < LEANING_HEIGHT and self.rng.random() < _LEANING_FRACTION:
-            pallet = leaning_pallet(self.sampler.draw_pallet())
+            pallet = leaning_pallet(self.sampler.sample_pallet())
             # Where it finds a hold it cannot be slid, so that anything within the range does.
             middle, half = (request.low + request.high) / 2, (request.high - request.low) / 2
             T_world_pallet = find_leaning_pose(self.occluded, view.sight, pallet, least, middle, half, self.rng)
             found = None if T_world_pallet is None else self._put(view.viewpoint, pallet, T_world_pallet)
             if found is not None:
                 return found
-        occluder = self.sampler.draw(kind, least)
+        occluder = self.sampler.sample(kind, least)
         if occluder is None:
             self.failures[TOO_HIGH] += 1
             return None

@@ -63,13 +63,13 @@ class NoiseVariant:
     """Name of the variant; unique among the paired variants."""
     rgbd: RgbdConfig | None = None
     """Settings of the RGB-D camera's noise; by default the rig's own."""
-    draw: Annotated[int, Range(0, 1000)] = 1
-    """Which draw of the noise, 0-1,000; 0 repeats the random numbers of the first paired variant under other
+    sample: Annotated[int, Range(0, 1000)] = 1
+    """Number of the noise sample, 0-1,000; 0 repeats the random numbers of the first paired variant under other
     ``rgbd``."""
 
     def __post_init__(self) -> None:
-        if self.draw == 0 and self.rgbd is None:
-            raise ValueError(f"draw must be >= 1, or 0 together with rgbd; found {self.draw}")
+        if self.sample == 0 and self.rgbd is None:
+            raise ValueError(f"sample must be >= 1, or 0 together with rgbd; found {self.sample}")
 
 
 @dataclass(frozen=True)

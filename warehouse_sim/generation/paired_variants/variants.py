@@ -20,8 +20,8 @@ class Variant:
     """What is sampled."""
     sensor: SensorChoice
     """The RGB-D camera."""
-    noise_draw: int = 0
-    """Which draw of the noise of all that reads light; 0 is the base's."""
+    noise_sample: int = 0
+    """Number of the noise sample of sensors that depend on light; 0 is that of the base."""
     absent: tuple[int, ...] = ()
     """Instance ids of the base that are taken away."""
     absent_from: tuple[tuple[int, ...], ...] = ()
@@ -75,7 +75,7 @@ def make_variants(
     ]
     variants += [
         replace(
-            base, name=paired_variant.name, sensor=_renoised(sensor, paired_variant), noise_draw=paired_variant.draw
+            base, name=paired_variant.name, sensor=_renoised(sensor, paired_variant), noise_sample=paired_variant.sample
         )
         for paired_variant in config.noise
     ]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.interchange.glb.container import GlbContainer
-from warehouse_sim.interchange.surfaces import Surface, SurfaceImage, draw_surface_image, encode_png, surface_of
+from warehouse_sim.interchange.surfaces import Surface, SurfaceImage, encode_png, render_surface_image, surface_of
 from warehouse_sim.schema import Material
 
 _CLAMP, _REPEAT, _LINEAR, _MIPMAPS = 33071, 10497, 9729, 9987
@@ -59,7 +59,7 @@ class GlbMaterials:
 
     def _texture(self, image: SurfaceImage, material: Material) -> int:
         if image not in self._textures:
-            pixels = draw_surface_image(image, material)
+            pixels = render_surface_image(image, material)
             if image.kind == "roughness":
                 # Green is roughness and blue a factor on the metalness, which the material alone decides.
                 white = np.full_like(pixels, 255)

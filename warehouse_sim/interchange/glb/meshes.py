@@ -28,7 +28,7 @@ class GlbMeshes:
         painted = {part.material: instance.material_of(part) for part in model.parts}
         looks = {own: self._scene.materials[name] for own, name in painted.items()}
         pieces = painted_meshes(model, looks)
-        primitives = [self._primitive(_drawable(mesh), painted[own]) for own, mesh in pieces.items()]
+        primitives = [self._primitive(_renderable(mesh), painted[own]) for own, mesh in pieces.items()]
         present = [item for item in primitives if item is not None]
         return self._container.add("meshes", {"name": instance.model, "primitives": present}) if present else None
 
@@ -70,7 +70,7 @@ def tangents(mesh: PaintedMesh) -> Float[np.ndarray, "n 4"]:
     return np.concatenate([along, np.full((len(along), 1), -1.0)], axis=1)
 
 
-def _drawable(mesh: PaintedMesh) -> PaintedMesh:
+def _renderable(mesh: PaintedMesh) -> PaintedMesh:
     """Return ``mesh`` with unit normals: triangles without area, which have none, are left out."""
     length = np.linalg.norm(mesh.normals, axis=1)
     faces = mesh.faces[length[mesh.faces].min(axis=1) > 0.5]

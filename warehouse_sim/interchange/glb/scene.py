@@ -13,7 +13,7 @@ from warehouse_sim.interchange.glb.materials import STRENGTH, GlbMaterials
 from warehouse_sim.interchange.glb.meshes import GlbMeshes
 from warehouse_sim.interchange.rig_cameras import rig_cameras
 from warehouse_sim.output import make_folder, write_bytes
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.scene.lighting.beam import as_cone
 from warehouse_sim.schema import Light, ObjectInstance, SceneSpec
 from warehouse_sim.sensors.rig import RigConfig
@@ -44,7 +44,7 @@ def write_glb(scene: SceneSpec, path: Path, rig: RigConfig | None = None) -> Pat
         RenderError: The scene is empty, or an object of it cannot be drawn.
         OutputError: The file cannot be written, or is larger than 4 GiB.
     """
-    require_drawable(scene)
+    require_renderable(scene)
     container = GlbContainer({"version": "2.0", "generator": "warehouse-sim"})
     materials = GlbMaterials(container, scene.materials)
     meshes = GlbMeshes(container, scene, materials)

@@ -10,7 +10,7 @@ import numpy as np
 
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.interchange.mjcf.xml import add
-from warehouse_sim.interchange.surfaces import SurfaceImage, draw_surface_image, encode_png, surface_of
+from warehouse_sim.interchange.surfaces import SurfaceImage, encode_png, render_surface_image, surface_of
 from warehouse_sim.output import write_bytes
 from warehouse_sim.render.mujoco.appearance import Level, add_material
 from warehouse_sim.render.mujoco.model import lit_at_vertices
@@ -99,7 +99,7 @@ class MjcfAssets:
         if image not in self._layers:
             # A slash and two words: no name of a texture set, and none of a picture.
             self._layers[image] = name = f"{image.source}/{image.kind}/{image.ceiling}"
-            self._texture(name, draw_surface_image(image, self._materials[material]))
+            self._texture(name, render_surface_image(image, self._materials[material]))
         return self._layers[image]
 
     def _texture(self, name: str, pixels: np.ndarray) -> None:

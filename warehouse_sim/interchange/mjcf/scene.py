@@ -13,7 +13,7 @@ from warehouse_sim.interchange.mjcf.xml import add
 from warehouse_sim.interchange.rig_cameras import RigCamera, rig_cameras
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.physics.build import to_mjspec
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.rig import RigConfig
 
@@ -38,7 +38,7 @@ def write_mjcf(scene: SceneSpec, path: Path, rig: RigConfig | None = None, carri
     """
     if path.suffix != ".xml":
         raise OutputError(f"{path}: MJCF cannot be written there; choose a name that ends with .xml")
-    require_drawable(scene)
+    require_renderable(scene)
     if carriage is not None:
         chosen_approach(scene, carriage)  # what cannot be is rejected before anything is written
     folder = path.with_suffix("")

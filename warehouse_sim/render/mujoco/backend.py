@@ -12,7 +12,7 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
 from warehouse_sim.render.mujoco.model import MAX_LIGHTS, build_visual_model
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
@@ -59,7 +59,7 @@ class MujocoRenderer:
     def load(self, scene: SceneSpec) -> None:
         """Compile ``scene`` and upload it."""
         self._make_current()
-        require_drawable(scene)
+        require_renderable(scene)
         visual = build_visual_model(scene, self._options.shadow_px)
         if self._scene is not None:
             self._scene.release()

@@ -11,7 +11,7 @@ from jaxtyping import Float, Float32, Int, Int32
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.picture_layout import picture_coordinates
 from warehouse_sim.schema import Material, Part, SceneSpec
 
@@ -100,7 +100,7 @@ def scene_triangles(scene: SceneSpec) -> list[MaterialTriangles]:
     Raises:
         RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
     """
-    require_drawable(scene)
+    require_renderable(scene)
     groups: dict[str, dict[TriangleMesh, list[_Placed]]] = {}
     for placed in _placed_parts(scene):
         groups.setdefault(placed.material, {}).setdefault(placed.part.mesh, []).append(placed)

@@ -14,7 +14,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles, solid_corners
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.pyrender.appearance import display_table
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
 from warehouse_sim.render.pyrender.graph import MAX_LIGHTS, NEAR, SceneGraph
@@ -66,7 +66,7 @@ class PyrenderRenderer:
     def load(self, scene: SceneSpec) -> None:
         """Build the scene graph; pyrender uploads it with the first image."""
         self._require_open()
-        require_drawable(scene)
+        require_renderable(scene)
         self._graph, self._scene = SceneGraph(scene), scene
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:

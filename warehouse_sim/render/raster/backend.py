@@ -95,7 +95,7 @@ class RasterRenderer:
             depth = targets.geometry.depth
             self._film.draw(targets.film, depth, camera, T_world_camera, table, records, batches, lighting)
             if normals:
-                self._shading.draw_normals(targets.normals, targets.geometry)
+                self._shading.render_normals(targets.normals, targets.geometry)
             buffers = targets.read(normals)
             error = context.error  # reading it clears it
             if error != "GL_NO_ERROR":

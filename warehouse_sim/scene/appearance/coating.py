@@ -49,10 +49,10 @@ class Look:
         finish = None if painted >= config.fraction else free if wild < config.any_hue else common
         return cls(
             finish=finish,
-            value=config.value.draw(rng),
-            hue_deg=config.hue_deg.draw(rng),
-            roughness=config.roughness.draw(rng),
-            dirt=config.dirt.draw(rng),
+            value=config.value.sample(rng),
+            hue_deg=config.hue_deg.sample(rng),
+            roughness=config.roughness.sample(rng),
+            dirt=config.dirt.sample(rng),
             texture=texture if swapped < config.swap else None,
         )
 

@@ -54,7 +54,7 @@ _SKY_RADIUS = 2.0
 """Radius of the disk that stands for an open door as a source of light (m)."""
 
 
-def draw_lighting(
+def sample_lighting(
     config: LightingConfig, scene: SceneSpec, floor: Float[np.ndarray, "n 3"], rng: np.random.Generator
 ) -> SceneLighting:
     """Draw which luminaires are on, and how bright: at the recipe's flux, or at one yet to be scaled to the wanted lux.
@@ -66,8 +66,8 @@ def draw_lighting(
         rng: Source of all draws.
     """
     preset, luminaires = config.resolved(), luminaires_of(scene)
-    lux = None if config.flux is not None else preset.lux.draw(rng)
-    flux = _FLUX if config.flux is None else config.flux.draw(rng)
+    lux = None if config.flux is not None else preset.lux.sample(rng)
+    flux = _FLUX if config.flux is None else config.flux.sample(rng)
     if config.photometry_flux and preset.distribution is not None:
         lux, flux = None, preset.distribution.peak * preset.distribution.flux_per_candela
     lights = _electric([item for item in luminaires if item.face.source == "electric"], preset, flux, rng)
@@ -99,7 +99,7 @@ def _electric(
     luminaires: Sequence[Luminaire], preset: Preset, flux: float, rng: np.random.Generator
 ) -> dict[Luminaire, Light]:
     """Return the lights of the luminaires that are on."""
-    kelvins = [temperature.draw(rng) for temperature in preset.temperatures]
+    kelvins = [temperature.sample(rng) for temperature in preset.temperatures]
     rows, columns = _ranks([item.position[1] for item in luminaires]), _ranks([item.position[0] for item in luminaires])
     fractions = failing(
         [preset.pattern[column % len(preset.pattern)] for column in columns], preset.failed_fraction, rng
@@ -154,7 +154,7 @@ _ALBEDO = 0.2
 def light_without_shadows(scene: SceneSpec, config: LightingConfig, rng: np.random.Generator) -> SceneSpec:
     """Return ``scene``, whose aisle is known, in the light of ``config``, as if nothing threw a shadow."""
     floor = floor_points(scene)
-    lighting = draw_lighting(config, scene, floor, rng)
+    lighting = sample_lighting(config, scene, floor, rng)
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
     lux = float(unshadowed_illuminance(lighting.switched_on, floor, up).mean()) + lighting.ambient
     if lighting.lux is not None and lux > 0.0:

@@ -13,7 +13,7 @@ _OVER = 0.02
 """How far a carrier may reach over its pallet, both sides together (m)."""
 
 
-def draw_carrier(
+def sample_carrier(
     config: UnitLoadConfig,
     rng: np.random.Generator,
     headroom: float,

@@ -37,7 +37,7 @@ class Room:
     """Greatest mass (kg)."""
 
 
-def draw_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+def sample_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
     """Draw the goods of a loaded pallet; no piece bears more than its stacking strength.
 
     Raises:
@@ -125,7 +125,7 @@ def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.r
     """Draw layers of one kind of piece."""
     model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
     cycle = _cycle(model, room, config, rng)
-    wanted = min(config.height.draw(rng), room.height)
+    wanted = min(config.height.sample(rng), room.height)
     per_layer = max(map(len, cycle))
     limit = int(room.payload / (model.mass * per_layer))
     layers = max(1, min(int(wanted / model.size[2]), config.max_cartons // per_layer, limit))
@@ -205,7 +205,7 @@ def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Good
     """Draw a picked order: up to ``max_cartons`` cartons of several SKUs, those that press hardest first."""
     names = _that_fit(config.cartons, room)
     names = list(rng.permutation(names)[: int(rng.integers(2, 6))])
-    height = min(config.height.draw(rng), room.height)
+    height = min(config.height.sample(rng), room.height)
     count = int(rng.integers(max(1, config.max_cartons // 2), config.max_cartons + 1))
     order = [catalog_object(str(name)) for name in rng.choice(names, count)]
     rule = config.stacking.crush_rule

@@ -43,7 +43,7 @@ class WearRange:
 
     def sampled(self, rng: np.random.Generator) -> WearConfig:
         """Return the wear of one pallet."""
-        return WearConfig(**{item.name: getattr(self, item.name).draw(rng) for item in fields(self)})
+        return WearConfig(**{item.name: getattr(self, item.name).sample(rng) for item in fields(self)})
 
 
 @dataclass(frozen=True)

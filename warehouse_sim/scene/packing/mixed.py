@@ -151,12 +151,12 @@ def _inside_its_cell(
     rng: np.random.Generator,
 ) -> Transform:
     """Draw turn and shift, and cut them to what the cell leaves free beside 0.5 mm to the next cell."""
-    yaw = np.deg2rad(config.yaw_deg.draw(rng))
+    yaw = np.deg2rad(config.yaw_deg.sample(rng))
     free = (base - (size[1::-1] if turned else size[:2]) - AIR) / 2
     # A turn by t moves the corners of a rectangle outwards by at most t times half its other edge.
     limit = float(np.min(free / (base[::-1] / 2)))
     yaw = float(np.clip(yaw, -limit, limit))
     free = np.maximum(free - abs(yaw) * base[::-1] / 2, 0.0)
-    shift = np.array([config.shift_mm.draw(rng), config.shift_mm.draw(rng)]) / 1000
+    shift = np.array([config.shift_mm.sample(rng), config.shift_mm.sample(rng)]) / 1000
     quarter = (np.pi / 2 if turned else 0.0) + (np.pi if rng.random() < config.half_turn_fraction else 0.0)
     return make_transform(rotation_z(quarter + yaw), centre + np.append(np.clip(shift, -free, free), 0.0))

@@ -18,7 +18,7 @@ def all_pallets(loads: UnitLoadConfig) -> list[ObjectModel]:
     return [*map(loads.pallet, loads.pallets), *_sampled(loads)]
 
 
-def draw_pallet(
+def sample_pallet(
     loads: UnitLoadConfig, rng: np.random.Generator, footprint: Sequence[float] | None = None
 ) -> ObjectModel:
     """Draw an undamaged pallet that fits ``footprint``, its greatest edges along x and y (m); None is any.

@@ -62,17 +62,17 @@ def sampled_pallets(config: SampledPalletsConfig) -> tuple[ObjectModel, ...]:
 def _sampled(config: SampledPalletsConfig, number: int) -> ObjectModel:
     rng = np.random.default_rng([config.seed, number])
     kind: PalletKind = config.kinds[rng.integers(len(config.kinds))]
-    width, length = sorted((config.length.draw(rng), config.width.draw(rng)))
+    width, length = sorted((config.length.sample(rng), config.width.sample(rng)))
     shape = PalletShape(
         kind=kind,
         length=_to_mm(length),
         width=_to_mm(width),
-        opening=_to_mm(config.opening.draw(rng)),
-        board=_to_mm(config.board.draw(rng)),
-        post=_to_mm(config.post.draw(rng)),
-        middle_post=_to_mm(config.middle_post.draw(rng)),
-        boards=config.boards.draw_count(rng),
-        cover=config.cover.draw(rng),
+        opening=_to_mm(config.opening.sample(rng)),
+        board=_to_mm(config.board.sample(rng)),
+        post=_to_mm(config.post.sample(rng)),
+        middle_post=_to_mm(config.middle_post.sample(rng)),
+        boards=config.boards.sample_count(rng),
+        cover=config.cover.sample(rng),
         lead=rng.uniform(1.0, 1.6),
         deck_along="x" if rng.random() < 0.5 else "y",
     )

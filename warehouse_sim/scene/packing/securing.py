@@ -94,7 +94,7 @@ def film_around(
     if wound:
         skirt = [Level(foot, floor - _SKIRT, floor)] if flush else []
         around = [Level(level.outline, level.low, level.high) for level in levels]
-        model, centre = wound_film([*skirt, *around], config.slack.draw(rng))
+        model, centre = wound_film([*skirt, *around], config.slack.sample(rng))
         return model, make_transform(translation=centre)
     slices = [Slice(grown(foot, _SLACK), floor - _SKIRT, floor + _SEAM)] if flush else []
     slices += [Slice(grown(level.outline, _SLACK), level.low, level.high) for level in levels]

@@ -71,7 +71,7 @@ def stack_tiers(tiers: Sequence[Tier], config: StackingConfig, rng: np.random.Ge
         if number == len(tiers) - 1:
             cells = _part_of(cells, config, rng)
         if number > 0:
-            offset = offset + np.array([config.layer_shift_mm.draw(rng), config.layer_shift_mm.draw(rng)]) / 1000
+            offset = offset + np.array([config.layer_shift_mm.sample(rng), config.layer_shift_mm.sample(rng)]) / 1000
         centres = np.column_stack([cells.centres + offset, np.full(len(cells), floor + tier.size[2] / 2 + AIR)])
         poses.append(_place_layer(centres, cells.turned, tier, config, rng))
         floor += tier.size[2] + AIR
@@ -80,7 +80,7 @@ def stack_tiers(tiers: Sequence[Tier], config: StackingConfig, rng: np.random.Ge
 
 def _part_of(cells: Layer, config: StackingConfig, rng: np.random.Generator) -> Layer:
     """Draw which cells of the top tier are taken."""
-    count = max(1, round(config.top_layer_fraction.draw(rng) * len(cells)))
+    count = max(1, round(config.top_layer_fraction.sample(rng) * len(cells)))
     if config.top_layer_order == "scattered":
         return cells.subset(np.sort(rng.permutation(len(cells))[:count]))
     # From one of the four sides, the row at that side first and each row from one end.
@@ -119,8 +119,8 @@ def _place(
 ) -> OrientedBox | None:
     """Draw shift and turn until the piece is at least 0.5 mm away from ``others``; None after too many tries."""
     for _ in range(_TRIES):
-        shift = np.array([config.shift_mm.draw(rng), config.shift_mm.draw(rng), 0.0]) / 1000
-        turn = 0.0 if tier.is_round else np.deg2rad(config.yaw_deg.draw(rng))
+        shift = np.array([config.shift_mm.sample(rng), config.shift_mm.sample(rng), 0.0]) / 1000
+        turn = 0.0 if tier.is_round else np.deg2rad(config.yaw_deg.sample(rng))
         box = OrientedBox(make_transform(rotation_z(yaw + turn), centre + shift), tier.size)
         if others.clear_of(box, AIR):
             return box

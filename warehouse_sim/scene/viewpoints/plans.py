@@ -17,7 +17,7 @@ from warehouse_sim.scene.viewpoints.framing import shows, target_in_view
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import Mounting
 from warehouse_sim.scene.viewpoints.paths import Arc, FloorPose, Path, SpeedProfile
-from warehouse_sim.scene.viewpoints.single import draw_lift, draw_mount
+from warehouse_sim.scene.viewpoints.single import sample_lift, sample_mount
 from warehouse_sim.scene.viewpoints.vehicles import pose_on_floor
 from warehouse_sim.schema import ObjectInstance, ObjectModel, Viewpoint
 
@@ -80,7 +80,7 @@ class Planner:
     mounting: Mounting
     rng: np.random.Generator
 
-    def draw(self, target: ObjectInstance | None) -> Drive | None:
+    def sample(self, target: ObjectInstance | None) -> Drive | None:
         """Draw a drive of the recipe's trajectory for ``target``; without one, a drive along the aisle."""
         if target is None:
             return self._along()
@@ -94,9 +94,9 @@ class Planner:
 
     def _along(self) -> Drive | None:
         """Draw a straight along the aisle, either way, as long as sampled or, within the wanted range, as can be."""
-        area, mount = self.space.area, self._draw_mount(None)
-        yaw = float(np.pi * self.rng.integers(2) + np.deg2rad(self.config.drive.heading_deg.draw(self.rng)))
-        wanted, whole = self.config.drive.length.draw(self.rng), area.x_max - area.x_min
+        area, mount = self.space.area, self._sample_mount(None)
+        yaw = float(np.pi * self.rng.integers(2) + np.deg2rad(self.config.drive.heading_deg.sample(self.rng)))
+        wanted, whole = self.config.drive.length.sample(self.rng), area.x_max - area.x_min
         edge = min(_LANE_EDGE, (area.y_max - area.y_min) / 3)
         lateral = self.rng.uniform(area.y_min + edge, area.y_max - edge)
         middle = FloorPose((area.x_min + area.x_max) / 2, lateral, yaw)
@@ -111,22 +111,22 @@ class Planner:
 
     def _turn_in(self, target: ObjectInstance) -> Drive | None:
         """Draw a straight along the aisle and a quarter circle, from either side, that end before ``target``."""
-        mount, end = self._draw_mount(target), self._end_before(target, self.config.drive.stop.draw(self.rng))
+        mount, end = self._sample_mount(target), self._end_before(target, self.config.drive.stop.sample(self.rng))
         if end is None or self.space.in_aisle(target):
             return None
-        radius, left = self.config.drive.radius.draw(self.rng), 2 * self.rng.integers(2) - 1
-        run_up, run_out = self.config.drive.length.draw(self.rng), _RUN_OUT.draw(self.rng)
+        radius, left = self.config.drive.radius.sample(self.rng), 2 * self.rng.integers(2) - 1
+        run_up, run_out = self.config.drive.length.sample(self.rng), _RUN_OUT.sample(self.rng)
         corner = Arc(radius * np.pi / 2, left / radius)
         path = Path.ending_at(end, (Arc(run_up), corner, Arc(run_out)))
         return self._cut(mount, path, target, least=corner.length + run_out + _LEAST_RUN_UP)
 
     def _approach(self, target: ObjectInstance) -> Drive | None:
         """Draw a straight up to a side of ``target`` that forks can enter."""
-        mount, stop = self._draw_mount(target), self.config.drive.stop.draw(self.rng)
+        mount, stop = self._sample_mount(target), self.config.drive.stop.sample(self.rng)
         end = self._end_before(target, stop)
         if end is None:
             return None
-        path = Path.ending_at(end, (Arc(self.config.drive.start.draw(self.rng) - stop),))
+        path = Path.ending_at(end, (Arc(self.config.drive.start.sample(self.rng) - stop),))
         return self._cut(mount, path, target, least=_LEAST_RUN)
 
     def _cut(self, mount: Mount, path: Path, aim: ObjectInstance, least: float) -> Drive | None:
@@ -150,20 +150,20 @@ class Planner:
 
     def _drive(self, mount: Mount, path: Path, aim: ObjectInstance | None) -> Drive:
         config = self.config.drive
-        speed = (config.speed or SPEEDS[self.config.trajectory]).draw(self.rng)
+        speed = (config.speed or SPEEDS[self.config.trajectory]).sample(self.rng)
         rolling = self.config.trajectory == "approach"
         return Drive(mount, path, SpeedProfile.over(path.length, speed, config.acceleration, rolling), aim)
 
-    def _draw_mount(self, target: ObjectInstance | None) -> Mount:
-        height, pitch, roll = draw_mount(self.mounting, self.config, self.rng)
-        lift = draw_lift(self.config, target, self.space, self.rng) if target else 0.0
+    def _sample_mount(self, target: ObjectInstance | None) -> Mount:
+        height, pitch, roll = sample_mount(self.mounting, self.config, self.rng)
+        lift = sample_lift(self.config, target, self.space, self.rng) if target else 0.0
         return Mount(self.config.kind, self.mounting, height + lift, pitch, lift, roll)
 
     def _end_before(self, target: ObjectInstance, gap: float) -> FloorPose | None:
         """Draw where the vehicle stands when its tip is ``gap`` (m) before a side of ``target`` at the aisle."""
         entries = entries_of(target, self.space.models[target.model])
-        aside = self.config.drive.lateral.draw(self.rng)
-        turn = float(np.deg2rad(self.config.drive.heading_deg.draw(self.rng)))
+        aside = self.config.drive.lateral.sample(self.rng)
+        turn = float(np.deg2rad(self.config.drive.heading_deg.sample(self.rng)))
         poses = [pose_before(entry, gap + self.mounting.tip, aside, turn) for entry in entries]
         open_poses = [pose for pose in poses if self.space.area.contains(np.array([pose.x, pose.y]))]
         return open_poses[self.rng.integers(len(open_poses))] if open_poses else None

@@ -44,7 +44,7 @@ def _choose_frames(planner: Planner, count: int) -> list[Viewpoint]:
     aims = [None] if config.trajectory == "drive" else space.shuffled_targets(config.aisle_fraction, planner.rng)
     for aim in aims:
         for _ in range(_TRIES):
-            drive = planner.draw(aim)
+            drive = planner.sample(aim)
             if drive is None:
                 continue
             frames = _frames(drive, _moments(drive, count, planner), planner)

@@ -45,7 +45,7 @@ def candidate_viewpoints(
             visible fraction.
     """
     for _ in range(tries):
-        viewpoint, lift = draw_view(target, space, config, rng)
+        viewpoint, lift = sample_view(target, space, config, rng)
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
         if not is_good or not space.has_room(viewpoint, config.clearance, lift):
             continue
@@ -53,7 +53,7 @@ def candidate_viewpoints(
             yield viewpoint
 
 
-def draw_view(
+def sample_view(
     target: ObjectInstance, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator
 ) -> tuple[Viewpoint, float]:
     """Draw a view of ``target`` and how far the forks are lifted (m); whether there is room is not asked."""
@@ -63,31 +63,31 @@ def draw_view(
     if mounting.overhead:
         return _overhead(target, mounting, config, rng), 0.0
     if config.along_fraction and rng.random() < config.along_fraction:
-        (x, y), yaw = _draw_along(target.T_world_object[:3, 3], config, space.area, rng)
+        (x, y), yaw = _sample_along(target.T_world_object[:3, 3], config, space.area, rng)
     else:
-        (x, y), yaw = _draw_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
-    height, pitch, roll = draw_mount(mounting, config, rng)
-    lift = draw_lift(config, target, space, rng)
+        (x, y), yaw = _sample_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
+    height, pitch, roll = sample_mount(mounting, config, rng)
+    lift = sample_lift(config, target, space, rng)
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
     T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch, roll)
     return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
 
 
-def draw_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float, float]:
+def sample_mount(mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator) -> tuple[float, float, float]:
     """Return height above the floor with lowered forks (m), pitch and roll (rad) of a camera."""
-    height = (config.height or mounting.height).draw(rng)
+    height = (config.height or mounting.height).sample(rng)
     if config.level:
         return height, 0.0, 0.0
-    pitch, roll = (config.pitch_deg or mounting.pitch_deg).draw(rng), config.roll_deg.draw(rng)
+    pitch, roll = (config.pitch_deg or mounting.pitch_deg).sample(rng), config.roll_deg.sample(rng)
     return height, float(np.deg2rad(pitch)), float(np.deg2rad(roll))
 
 
-def draw_lift(config: ViewpointsConfig, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
+def sample_lift(config: ViewpointsConfig, target: ObjectInstance, space: FreeSpace, rng: np.random.Generator) -> float:
     """Return how far the forks are up (m): as the recipe says, or anywhere up to where they could enter the target."""
     if config.mounting is None or not config.mounting.lifts:
         return 0.0
     if isinstance(config.lift, Distribution):
-        return config.lift.draw(rng)
+        return config.lift.sample(rng)
     if config.lift is None and config.height is not None:
         return 0.0
     stands_at = target.T_world_object[2, 3] - space.models[target.model].size[2] / 2
@@ -96,8 +96,8 @@ def draw_lift(config: ViewpointsConfig, target: ObjectInstance, space: FreeSpace
 
 def _on_shell(target: ObjectInstance, config: ViewpointsConfig, rng: np.random.Generator) -> Viewpoint:
     """Draw a place on a spherical shell around ``target`` and look at its centre, without roll."""
-    radius, azimuth = config.distance.draw(rng), rng.uniform(-np.pi, np.pi)
-    elevation = np.deg2rad(config.elevation_deg.draw(rng))
+    radius, azimuth = config.distance.sample(rng), rng.uniform(-np.pi, np.pi)
+    elevation = np.deg2rad(config.elevation_deg.sample(rng))
     flat = np.cos(elevation)
     outward = np.array([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)])
     place = target.T_world_object[:3, 3] + radius * outward
@@ -109,36 +109,36 @@ def _overhead(
     target: ObjectInstance, mounting: Mounting, config: ViewpointsConfig, rng: np.random.Generator
 ) -> Viewpoint:
     """Hang a camera so that its pitch brings ``target`` near the optical axis, seen from within ``approach_deg``."""
-    height, pitch, roll = draw_mount(mounting, config, rng)
+    height, pitch, roll = sample_mount(mounting, config, rng)
     below = _OFF_AXIS * np.deg2rad(config.max_elevation_deg) * rng.uniform(-1.0, 1.0)
     sight = np.clip(pitch + below, -np.pi / 2, -_FLATTEST)
     middle = target.T_world_object[:3, 3]
     back = max(height - middle[2], 0.0) / np.tan(-sight)
-    bearing = np.pi / 2 + np.deg2rad(config.approach_deg.draw(rng))
+    bearing = np.pi / 2 + np.deg2rad(config.approach_deg.sample(rng))
     x, y = middle[:2] - back * np.array([np.cos(bearing), np.sin(bearing)])
-    yaw = float(bearing + np.deg2rad(config.offset_deg.draw(rng)))
+    yaw = float(bearing + np.deg2rad(config.offset_deg.sample(rng)))
     T_world_camera = level_camera(np.array([x, y, height]), yaw, pitch, roll)
     return Viewpoint(T_world_camera, config.kind, pose_on_floor(x, y, yaw), target=target.instance_id)
 
 
-def _draw_along(
+def _sample_along(
     target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, " 2"], float]:
     """Draw where a camera that looks along the aisle stands (m) and looks (rad), anywhere across it."""
     aside = target[1] - rng.uniform(area.y_min, area.y_max)
-    ahead = np.sqrt(max(config.distance.draw(rng) ** 2 - aside**2, 0.0))
+    ahead = np.sqrt(max(config.distance.sample(rng) ** 2 - aside**2, 0.0))
     way = 2 * int(rng.integers(2)) - 1
     yaw = (0.0 if way > 0 else np.pi) + np.deg2rad(rng.normal(0.0, _ALONG_SPREAD_DEG))
     return target[:2] - np.array([way * ahead, aside]), float(yaw)
 
 
-def _draw_mount_before(
+def _sample_mount_before(
     target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, " 2"], float]:
     """Draw where a camera stands (m) and looks (rad) before ``target``; the aisle's are seen against the rack."""
     into_rack = -np.pi / 2 if target[1] < area.y_min else np.pi / 2
-    bearing = into_rack + np.deg2rad(config.approach_deg.draw(rng))
-    back = config.distance.draw(rng)
+    bearing = into_rack + np.deg2rad(config.approach_deg.sample(rng))
+    back = config.distance.sample(rng)
     place = target[:2] - back * np.array([np.cos(bearing), np.sin(bearing)])
-    yaw = bearing + np.deg2rad(config.offset_deg.draw(rng))
+    yaw = bearing + np.deg2rad(config.offset_deg.sample(rng))
     return place, float(yaw)

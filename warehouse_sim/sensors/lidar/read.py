@@ -53,7 +53,7 @@ class Lidar:
             view.T_world_sensor,
             rng,
             view.ego_motion,
-            unit=LidarUnit.draw(config, of_unit),
+            unit=LidarUnit.sample(config, of_unit),
             finishes=finishes_of(scene, view.caster.materials, config.brightness, of_scene),
             film=view.film if config.film else None,
         )

@@ -26,7 +26,7 @@ class LidarUnit:
     """Logarithm of a factor of the intensities, by distance in steps of 0.25 m."""
 
     @classmethod
-    def draw(cls, config: LidarConfig, rng: np.random.Generator) -> "LidarUnit":
+    def sample(cls, config: LidarConfig, rng: np.random.Generator) -> "LidarUnit":
         """Draw a unit. Biases are even, so that none is beyond sqrt(3) of its standard deviation."""
         lasers = len(LASERS[config.model]().elevation)
         wide = np.sqrt(3.0)

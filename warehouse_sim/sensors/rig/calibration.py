@@ -49,7 +49,7 @@ class CalibrationConfig:
     time_ms: Annotated[float, Range(0, 1000, "ms")] = 10.0
     """Of a sensor's clock against the camera's (ms), 0-1,000; it counts while the vehicle moves."""
 
-    def draw(self, sensors: Mapping[str, object], stream: Stream) -> "CalibrationError":
+    def sample(self, sensors: Mapping[str, object], stream: Stream) -> "CalibrationError":
         """Return the errors of one rig.
 
         Args:

@@ -117,7 +117,7 @@ class RigConfig:
         """Return the rig's camera."""
         return self.camera.make()
 
-    def draw_sensor(self, rng: np.random.Generator) -> SensorChoice:
+    def sample_sensor(self, rng: np.random.Generator) -> SensorChoice:
         """Return the RGB-D camera of one scene, and which built one it is.
 
         It is one of ``choices``; without any it is the rig's own, which has no name.

@@ -43,9 +43,9 @@ class MountedSensor:
         """Whether paired variants in another light, or with other noise of cameras, have a reading of their own."""
         return reads_light(self.sensor)
 
-    def stream_of(self, viewpoint_index: int, noise_draw: int = 0) -> str:
+    def stream_of(self, viewpoint_index: int, noise_sample: int = 0) -> str:
         """Return the name of the random stream of one reading; draws of noise are those of what reads light."""
-        draw = f" draw {noise_draw}" if noise_draw and self.reads_light else ""
+        draw = f" draw {noise_sample}" if noise_sample and self.reads_light else ""
         return f"{self.stream} {viewpoint_index}{draw}"
 
 

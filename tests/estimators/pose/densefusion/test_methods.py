@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_crop, made_set, pallet_shape
-from warehouse_sim.estimators.pose.densefusion.crops.batch import draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
@@ -69,7 +69,7 @@ def test_a_shifted_cloud_gives_the_same_pose_shifted(name: str) -> None:
     found = []
     for clouds in (crops, moved):
         stacked = stack_crops(clouds, [pallet_shape()], CropConfig(side_px=config.side_px, stored_points=400))
-        batch = draw_batch(stacked, torch.arange(3), 200, torch.Generator().manual_seed(0))
+        batch = sample_batch(stacked, torch.arange(3), 200, torch.Generator().manual_seed(0))
         with torch.inference_mode():
             embedding = network.embed(batch.inputs)
             pose = network.propose(batch.inputs, embedding).hypotheses.most_confident()

@@ -7,7 +7,7 @@ import pytest
 
 from tests.sensors.targets import capture_of, plane
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
+from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_pattern, unit_samples, wiggle
 
 CAPTURE = capture_of()
 STILL = TimeOfFlight(noise_scale=0.0, multipath=0.0, sigma_lateral_px=0.0, max_range=9.0, focal_px=585.5)
@@ -36,7 +36,7 @@ def test_units_differ_by_offset_and_scale_as_they_are_drawn() -> None:
 
 def test_the_cyclic_error_runs_four_times_through_the_unambiguous_range() -> None:
     ranges = np.linspace(0.1, 7.4, 4000, dtype=np.float32)[None]
-    phase = unit_draws(4)[2]
+    phase = unit_samples(4)[2]
     np.testing.assert_allclose(wiggle(ranges, 7.5, phase), np.sin(4 * 2 * np.pi * ranges / 7.5 + phase), atol=0.01)
     model = replace(STILL, wiggle=0.004, unit=4)
     for z in (0.5, 1.3, 3.1):

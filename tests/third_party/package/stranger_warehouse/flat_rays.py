@@ -12,7 +12,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.render.painted_mesh import require_drawable
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
@@ -56,7 +56,7 @@ class FlatRays:
 
     def load(self, scene: SceneSpec) -> None:
         """Put all solid triangles of the scene into one mesh."""
-        require_drawable(scene)
+        require_renderable(scene)
         vertices, faces, owner, color, first = [], [], [], [], 0
         for instance in scene.instances:
             for part in scene.models[instance.model].parts:

@@ -115,7 +115,7 @@ class LiveScene:
 
 def choice_of(recipe: Recipe, sampled: SampledScene, sensor: str) -> SensorChoice:
     """Return the RGB-D camera of a scene with one of the depth models in place of its own, its unit drawn as usual."""
-    own = recipe.sensors.draw_sensor(sampled.stream("sensor"))
+    own = recipe.sensors.sample_sensor(sampled.stream("sensor"))
     if sensor == "own":
         return own
     model = PRESETS[sensor] if sensor in PRESETS else MODELS[sensor]()

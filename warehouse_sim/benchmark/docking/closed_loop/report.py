@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.docking.closed_loop.run import LEFT_OUT
 from warehouse_sim.evaluation.intervals import fraction_interval
 
 DOCKED = "docked"
-_DRAWS = 2000
+_RESAMPLES = 2000
 _DEG = 180.0 / np.pi
 _UNITS = (("lateral", "mm", 1e3), ("depth", "mm", 1e3), ("vertical", "mm", 1e3), ("yaw", "deg", _DEG))
 
@@ -44,7 +44,7 @@ def _summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "name": name,
         "factor": rows[0]["factor"],
         "value": float(docked.mean()),
-        "interval": fraction_interval(docked, scenes, _DRAWS, np.random.default_rng(0)),
+        "interval": fraction_interval(docked, scenes, _RESAMPLES, np.random.default_rng(0)),
         "episodes": len(rows),
         "scenes": len(numbers),
         "left_out": left_out,

@@ -143,7 +143,7 @@ def _draw(
     yaw, _ = heading(T_world_dock)
     mounting = MOUNTINGS[KIND]
     lift = max(0.0, float(pallet.T_world_object[2, 3] - station.scene.model_of(pallet).size[2] / 2.0))
-    height, pitch = mounting.height.draw(rng) + lift, float(np.deg2rad(mounting.pitch_deg.draw(rng)))
+    height, pitch = mounting.height.sample(rng) + lift, float(np.deg2rad(mounting.pitch_deg.sample(rng)))
     mount = Mount(KIND, mounting, height, pitch, lift)
     told = pallet.T_world_object[:3, 3] + np.array([*rng.normal(0.0, _WELL_OFF, 2), 0.0])
     for _ in range(_TRIES):

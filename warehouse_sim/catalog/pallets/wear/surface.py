@@ -38,23 +38,23 @@ def aged(members: list[Member], age: float, rng: np.random.Generator) -> list[Me
         age: 0 keeps every material, 1 brings it to the last stage; pieces differ, and some have been replaced.
         rng: Stream to draw from.
     """
-    moulded = _Draw.of(age, rng)  # what is moulded in one piece ages as one
-    return [_older(member, age, moulded if member.role == "moulded" else _Draw.of(age, rng)) for member in members]
+    moulded = _Sample.of(age, rng)  # what is moulded in one piece ages as one
+    return [_older(member, age, moulded if member.role == "moulded" else _Sample.of(age, rng)) for member in members]
 
 
 @dataclass(frozen=True)
-class _Draw:
+class _Sample:
     """What chance does to one piece."""
 
     unevenness: float
     repaired: bool
 
     @classmethod
-    def of(cls, age: float, rng: np.random.Generator) -> "_Draw":
+    def of(cls, age: float, rng: np.random.Generator) -> "_Sample":
         return cls(rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_FRACTION * age))
 
 
-def _older(member: Member, age: float, draw: _Draw) -> Member:
+def _older(member: Member, age: float, draw: _Sample) -> Member:
     stages = next((line for line in STAGES if member.body.material in line), ())
     if not stages:
         return member

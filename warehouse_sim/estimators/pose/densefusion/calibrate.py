@@ -125,12 +125,12 @@ def helpful_iterations(run: Path, datasets: Sequence[Path], most_images: int = 1
 
 
 def _interval_over_scenes(
-    values: Float[np.ndarray, " k"], scene: Int[np.ndarray, " k"], draws: int = 2000
+    values: Float[np.ndarray, " k"], scene: Int[np.ndarray, " k"], resamples: int = 2000
 ) -> tuple[float, float]:
     """Return the 95 % interval of the mean by a bootstrap over scenes."""
     number = np.unique(scene, return_inverse=True)[1]
     sums, counts = np.bincount(number, values), np.bincount(number)
-    sampled = np.random.default_rng(0).integers(len(counts), size=(draws, len(counts)))
+    sampled = np.random.default_rng(0).integers(len(counts), size=(resamples, len(counts)))
     means = sums[sampled].sum(axis=1) / counts[sampled].sum(axis=1)
     low, high = np.quantile(means, (0.025, 0.975))
     return float(low), float(high)

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from warehouse_sim.estimators.chain import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.choose import Candidates
-from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Proposal
@@ -99,7 +99,7 @@ class Runner:
         index = torch.arange(len(crops), device=self._device)
         config = self.config
         # The first points, which lie in random order: an object is estimated the same in every batch.
-        batch = draw_batch(
+        batch = sample_batch(
             stacked, index, config.network.points.count, None, crop=config.crop, upright=config.network.upright
         )
         embedding = self._network.embed(batch.inputs)

@@ -155,7 +155,7 @@ class ShadingPass:
         shader.assign(intrinsics=window_intrinsics(camera), **lighting.uniforms(T_world_camera))
         self._draw(shader, target, geometry)
 
-    def draw_normals(self, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
+    def render_normals(self, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
         """Fill ``target`` with unit normals of the geometry in the camera frame."""
         self._draw(self._normals, target, geometry)
 

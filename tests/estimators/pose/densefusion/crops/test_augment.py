@@ -3,9 +3,9 @@ import torch
 from tests.estimators.pose.densefusion.made_crops import made_set
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     disturb_colour,
-    draw_noise,
     hide_points,
     random_turns,
+    sample_noise,
 )
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
@@ -21,7 +21,7 @@ def present_of(crops) -> torch.Tensor:
 
 
 def hidden(config: AugmentConfig, crops) -> torch.Tensor:
-    noise = draw_noise(len(crops.points), torch.Generator().manual_seed(3))
+    noise = sample_noise(len(crops.points), torch.Generator().manual_seed(3))
     return hide_points(crops.points, crops.border_px, present_of(crops), noise.hide, config)
 
 
@@ -55,7 +55,7 @@ def test_no_disturbance_keeps_all_points() -> None:
 
 def test_turns_are_rotations_of_the_wanted_strength() -> None:
     config = AugmentConfig(yaw=0.2, tilt=0.0)
-    turns = random_turns(draw_noise(4000, torch.Generator().manual_seed(0)).turn, config)
+    turns = random_turns(sample_noise(4000, torch.Generator().manual_seed(0)).turn, config)
     torch.testing.assert_close(turns @ turns.mT, torch.eye(3).expand(4000, 3, 3), atol=1e-6, rtol=0)
     torch.testing.assert_close(turns[:, 1, 1], torch.ones(4000))
     assert abs(float(torch.asin(turns[:, 0, 2]).std()) - 0.2) < 0.01
@@ -64,7 +64,7 @@ def test_turns_are_rotations_of_the_wanted_strength() -> None:
 def test_colours_change_but_stay_colours() -> None:
     rgb = made_table(8, side_px=16).rgb
     config = AugmentConfig(colour=0.3)
-    changed = disturb_colour(rgb, draw_noise(8, torch.Generator().manual_seed(0)).colour, config)
+    changed = disturb_colour(rgb, sample_noise(8, torch.Generator().manual_seed(0)).colour, config)
     assert changed.dtype == torch.uint8
     assert changed.shape == rgb.shape
     ratio = changed.float().mean(dim=(1, 2, 3)) / rgb.float().mean(dim=(1, 2, 3))

@@ -5,7 +5,13 @@ import torch
 
 from tests.estimators.pose.densefusion.made_crops import DIAMETER, made_crop, made_set, pallet_shape
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.densefusion.crops.batch import DEPTH_LIMIT, Batch, draw_batch, is_known, level_turns
+from warehouse_sim.estimators.pose.densefusion.crops.batch import (
+    DEPTH_LIMIT,
+    Batch,
+    is_known,
+    level_turns,
+    sample_batch,
+)
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
@@ -27,7 +33,7 @@ def object_points(batch) -> torch.Tensor:
 def test_true_pose_maps_the_disturbed_cloud_back_onto_the_object() -> None:
     crops = made_set(6)
     augment = AugmentConfig(yaw=1.0, tilt=0.5, shift=0.2)
-    batch = draw_batch(crops, torch.arange(6), 128, generator(), augment)
+    batch = sample_batch(crops, torch.arange(6), 128, generator(), augment)
     T = crops.T_camera_object
     measured = (crops.tables[0].points.double() - T[:, None, :3, 3]) @ T[:, :3, :3]
     distance = torch.cdist(object_points(batch).double(), measured).amin(dim=2)
@@ -36,7 +42,7 @@ def test_true_pose_maps_the_disturbed_cloud_back_onto_the_object() -> None:
 
 def test_cloud_is_centred_and_scaled_by_the_diameter() -> None:
     crops = made_set(4)
-    batch = draw_batch(crops, torch.arange(4), 256, generator())
+    batch = sample_batch(crops, torch.arange(4), 256, generator())
     torch.testing.assert_close(batch.inputs.points.median(dim=1).values, torch.zeros(4, 3), atol=1e-6, rtol=0)
     torch.testing.assert_close(batch.scale, torch.full((4,), DIAMETER / 2))
     assert batch.inputs.points.norm(dim=2).max() < 2.0
@@ -47,7 +53,7 @@ def test_a_moved_object_gives_the_same_batch_but_for_its_centre() -> None:
     shift = torch.tensor([0.25, -0.5, 1.0])
     moved.tables[0].points.add_(shift)
     moved.tables[0].T_camera_object[:, :3, 3] += shift
-    a, b = (draw_batch(item, torch.arange(3), 64, generator()) for item in (crops, moved))
+    a, b = (sample_batch(item, torch.arange(3), 64, generator()) for item in (crops, moved))
     torch.testing.assert_close(a.inputs.points, b.inputs.points, atol=2e-6, rtol=0)
     torch.testing.assert_close(a.translation, b.translation, atol=2e-6, rtol=0)
     torch.testing.assert_close(b.centre - a.centre, shift.expand(3, 3), atol=1e-6, rtol=0)
@@ -56,14 +62,14 @@ def test_a_moved_object_gives_the_same_batch_but_for_its_centre() -> None:
 def test_a_crop_with_few_points_repeats_them_evenly() -> None:
     crops = made_set(2)
     crops.tables[0].point_count[0] = 5
-    batch = draw_batch(crops, torch.tensor([0]), 20, generator())
+    batch = sample_batch(crops, torch.tensor([0]), 20, generator())
     _, times = torch.unique(batch.inputs.points[0], dim=0, return_counts=True)
     assert times.tolist() == [4] * 5
 
 
 def test_the_same_generator_gives_the_same_batch() -> None:
     crops = made_set(3, side_px=16, depth=True)
-    a, b, other = (draw_batch(crops, torch.arange(3), 64, generator(seed), AugmentConfig()) for seed in (7, 7, 8))
+    a, b, other = (sample_batch(crops, torch.arange(3), 64, generator(seed), AugmentConfig()) for seed in (7, 7, 8))
     assert all(torch.equal(x, y) for x, y in zip(tensors(a), tensors(b), strict=True))
     assert not torch.equal(a.inputs.points, other.inputs.points)
     assert not torch.equal(a.inputs.rgb, other.inputs.rgb)
@@ -75,7 +81,7 @@ def test_every_point_is_taken_about_equally_often() -> None:
     stored = crops.tables[0].points[0, : crops.tables[0].point_count[0]]
     times = torch.zeros(len(stored))
     for seed in range(300):
-        points = draw_batch(crops, torch.tensor([0]), 100, generator(seed), augment)
+        points = sample_batch(crops, torch.tensor([0]), 100, generator(seed), augment)
         metres = points.inputs.points[0] * points.scale + points.centre
         nearest = torch.cdist(metres.double(), stored.double()).argmin(dim=1)
         times += torch.bincount(nearest, minlength=len(stored))
@@ -88,7 +94,7 @@ def test_every_point_is_taken_about_equally_often() -> None:
 def test_dropout_leaves_fewer_different_points() -> None:
     crops = made_set(64)
     augment = AugmentConfig(hide_probability=0, erode_px=0, drop_fraction=0.9)
-    batch = draw_batch(crops, torch.arange(64), 400, generator(), augment)
+    batch = sample_batch(crops, torch.arange(64), 400, generator(), augment)
     different = torch.tensor([len(torch.unique(points, dim=0)) for points in batch.inputs.points])
     assert different.min() < 100
     assert different.max() > 300
@@ -106,7 +112,7 @@ def test_depth_crop_shows_the_turned_cloud() -> None:
     crop = replace(crop, points=points, border_px=np.ones(400, np.uint8), pixel=np.arange(400, dtype=np.int32))
     crops = stack_crops([crop], [pallet_shape()], CropConfig(side_px=20, depth=True, stored_points=400))
     augment = AugmentConfig(yaw=0.8, tilt=0.4, shift=0.1, hide_probability=0, erode_px=0)
-    batch = draw_batch(crops, torch.zeros(8, dtype=torch.long), 300, generator(), augment)
+    batch = sample_batch(crops, torch.zeros(8, dtype=torch.long), 300, generator(), augment)
     depth = batch.inputs.depth.reshape(8, 400, 2)
     assert (depth[..., 1] == 0).nonzero().tolist() == [[row, 64] for row in range(8)]
     assert (depth[:, 64, 0] == 0).all()
@@ -120,20 +126,20 @@ def test_depth_far_away_is_clipped_and_the_turn_is_optional() -> None:
     crops = made_set(2, side_px=8, depth=True)
     crops.tables[0].depth[0, 0, 0] = 40.0
     crops.tables[0].depth[0, 0, 1] = -40.0
-    depth = draw_batch(crops, torch.arange(2), 64, generator()).inputs.depth
+    depth = sample_batch(crops, torch.arange(2), 64, generator()).inputs.depth
     assert depth[0, 0, :2, 0].tolist() == [DEPTH_LIMIT, -DEPTH_LIMIT]
     assert depth.shape == (2, 8, 8, 2)
-    assert draw_batch(made_set(2, side_px=8), torch.arange(2), 64, generator()).inputs.depth is None
+    assert sample_batch(made_set(2, side_px=8), torch.arange(2), 64, generator()).inputs.depth is None
     colourless = made_set(2, side_px=8, depth=True, rgb=False)
-    assert draw_batch(colourless, torch.arange(2), 64, generator()).inputs.rgb is None
+    assert sample_batch(colourless, torch.arange(2), 64, generator()).inputs.rgb is None
 
 
 def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
     crops = made_set(8, side_px=16, depth=True)
     index = torch.tensor([5, 1, 7, 0])
-    whole = draw_batch(crops, index, 64, generator(), AugmentConfig())
+    whole = sample_batch(crops, index, 64, generator(), AugmentConfig())
     for fraction in (slice(0, None, 2), slice(1, None, 2)):
-        part = draw_batch(crops, index, 64, generator(), AugmentConfig(), fraction)
+        part = sample_batch(crops, index, 64, generator(), AugmentConfig(), fraction)
         for found, expected in zip(tensors(part), tensors(whole), strict=True):
             torch.testing.assert_close(found, expected[fraction], rtol=0, atol=1e-6)
 

@@ -6,7 +6,7 @@ import torch
 
 from tests.dataset.toy import CAMERA
 from tests.estimators.pose.densefusion.made_crops import made_crop, pallet_shape, with_surroundings
-from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.choice import gate_points, masked_median
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, stack_crops
@@ -43,7 +43,7 @@ def object_points(batch: Batch) -> torch.Tensor:
 def test_points_that_belong_lie_on_the_object_and_no_others(augment: AugmentConfig | None) -> None:
     crops = crops_with_surroundings(16, np.array([0.0, 1.0, 0.0]))
     stream = None if augment is None else generator()
-    batch = draw_batch(crops, torch.arange(16), 200, stream, augment, crop=CONFIG, upright=True)
+    batch = sample_batch(crops, torch.arange(16), 200, stream, augment, crop=CONFIG, upright=True)
     rows, T = crops.tables[0], crops.T_camera_object
     measured = (rows.points.double() - T[:, None, :3, 3]) @ T[:, :3, :3]
     distance = torch.cdist(object_points(batch).double(), measured)
@@ -57,12 +57,12 @@ def test_points_that_belong_lie_on_the_object_and_no_others(augment: AugmentConf
 
 
 def test_in_training_masks_are_wrong_in_both_ways() -> None:
-    batch = draw_batch(crops_with_surroundings(64), torch.arange(64), 200, generator(), AUGMENT, crop=CONFIG)
+    batch = sample_batch(crops_with_surroundings(64), torch.arange(64), 200, generator(), AUGMENT, crop=CONFIG)
     inside = batch.inputs.inside > 0
     assert (inside & ~batch.belongs).any(dim=1).float().mean() > 0.1
     assert (~inside & batch.belongs).any(dim=1).float().mean() > 0.1
     clean = replace(AUGMENT, masks=MaskNoiseConfig())
-    batch = draw_batch(crops_with_surroundings(64), torch.arange(64), 200, generator(), clean, crop=CONFIG)
+    batch = sample_batch(crops_with_surroundings(64), torch.arange(64), 200, generator(), clean, crop=CONFIG)
     assert torch.equal(batch.inputs.inside > 0, batch.belongs)
 
 
@@ -76,7 +76,7 @@ def test_a_tilted_camera_gives_the_input_of_a_level_one() -> None:
         table.T_camera_object[:, :3] = R @ table.T_camera_object[:, :3]
         table.down.copy_(torch.tensor(lean @ down).float())
     dark.tables[0].down.fill_(torch.nan)
-    made = [draw_batch(item, torch.arange(4), 128, upright=True) for item in (level, leaning, dark)]
+    made = [sample_batch(item, torch.arange(4), 128, upright=True) for item in (level, leaning, dark)]
     assert [item.inputs.level.tolist() for item in made] == [[1.0] * 4, [1.0] * 4, [0.0] * 4]
     # The medians of turned points are those of others, so that only differences of points are the same.
     a, b, c = (item.inputs.points - item.inputs.points[:, :1] for item in made)
@@ -89,7 +89,7 @@ def test_gravity_is_dropped_and_wrong_as_often_as_requested() -> None:
     down = np.array([0.0, 1.0, 0.0])
     augment = replace(AUGMENT, yaw=0.0, tilt=0.2, gravity_drop=0.3, gravity_error_deg=0.5, lean_fraction=0.0)
     crops, index = crops_with_surroundings(1, down), torch.zeros(2000, dtype=torch.long)
-    batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
+    batch = sample_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
     known = batch.inputs.level > 0
     assert abs(float(known.float().mean()) - 0.7) < 0.04
     # In the input's axes gravity is off by this much.
@@ -103,7 +103,7 @@ def test_some_of_the_upright_ones_lean_against_gravity() -> None:
         AUGMENT, yaw=0.0, tilt=0.0, gravity_drop=0.3, gravity_error_deg=0.0, lean_fraction=0.25, lean_deg=3.0
     )
     crops, index = crops_with_surroundings(1, np.array([0.0, 1.0, 0.0])), torch.zeros(4000, dtype=torch.long)
-    batch = draw_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
+    batch = sample_batch(crops, index, 16, generator(), augment, crop=CONFIG, upright=True)
     lean = torch.rad2deg(torch.asin((batch.turn @ torch.tensor([0.0, 1.0, 0.0]))[:, [0, 2]]))
     known, leans = batch.inputs.level > 0, lean.abs().amax(dim=1) > 1e-3
     assert not (leans & ~known).any()
@@ -113,9 +113,9 @@ def test_some_of_the_upright_ones_lean_against_gravity() -> None:
 
 def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
     crops, index = crops_with_surroundings(8, np.array([0.0, 1.0, 0.0])), torch.tensor([5, 1, 7, 0])
-    whole = draw_batch(crops, index, 64, generator(), AUGMENT, crop=CONFIG, upright=True)
+    whole = sample_batch(crops, index, 64, generator(), AUGMENT, crop=CONFIG, upright=True)
     for fraction in (slice(0, None, 2), slice(1, None, 2)):
-        part = draw_batch(crops, index, 64, generator(), AUGMENT, fraction, CONFIG, True)
+        part = sample_batch(crops, index, 64, generator(), AUGMENT, fraction, CONFIG, True)
         torch.testing.assert_close(part.inputs.points, whole.inputs.points[fraction], rtol=0, atol=1e-6)
         assert torch.equal(part.inputs.inside, whole.inputs.inside[fraction])
 
@@ -132,7 +132,7 @@ def test_the_view_shows_what_its_points_say(grown: int) -> None:
     crop = cut_mask(CAMERA, label, mask, depth, None, config, np.random.default_rng(0), owners)
     assert crop.depth.shape == (72, 72)
     crops = stack_crops([crop], [pallet_shape()], config)
-    inputs = draw_batch(crops, torch.zeros(1, dtype=torch.long), 256, crop=config).inputs
+    inputs = sample_batch(crops, torch.zeros(1, dtype=torch.long), 256, crop=config).inputs
     assert inputs.depth.shape == (1, 48, 48, 2)
     at_points = inputs.depth.reshape(-1, 2)[inputs.pixel[0]]
     within = inputs.inside[0] > 0

@@ -8,7 +8,7 @@ import torch
 from tests.estimators.pose.densefusion.made_crops import made_set, pallet_shape
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops.batch import draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz as matrices
@@ -45,7 +45,7 @@ def test_an_untrained_network_proposes_about_the_mean(name: str) -> None:
     # The second class has no crops and is left alone.
     network = DenseFusion(config, 2).eval()
     start_at_mean_rotation(network, crops, (pallet_shape(), replace(pallet_shape(), obj_id=2)))
-    batch = draw_batch(crops, torch.arange(12), 64, torch.Generator().manual_seed(0))
+    batch = sample_batch(crops, torch.arange(12), 64, torch.Generator().manual_seed(0))
     with torch.inference_mode():
         found = matrices(network(batch.inputs).hypotheses.quat_wxyz).double().numpy()
     true = crops.T_camera_object[:, :3, :3].numpy()

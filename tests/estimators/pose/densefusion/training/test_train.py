@@ -13,7 +13,7 @@ from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
-from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.run_config import read_config
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
@@ -51,11 +51,11 @@ def test_steps_may_see_fewer_points_than_prediction(
     def spied(
         crops: CropSet, index: torch.Tensor, count: int, generator: object, augment: object, *more: object
     ) -> Batch:
-        batch = draw_batch(crops, index, count, generator, augment, *more)  # type: ignore[arg-type]
+        batch = sample_batch(crops, index, count, generator, augment, *more)  # type: ignore[arg-type]
         seen[augment is not None].add(batch.inputs.points.shape[1])
         return batch
 
-    monkeypatch.setattr(pose_task, "draw_batch", spied)
+    monkeypatch.setattr(pose_task, "sample_batch", spied)
     run = train(POINTS, toy_root, tmp_path / "run", replace(SHORT, points=24))
     assert seen == {True: {24}, False: {read_config(run).network.points.count}}
 

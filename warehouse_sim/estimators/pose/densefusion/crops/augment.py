@@ -37,7 +37,7 @@ class Noise(NamedTuple):
         return Noise(*(None if values is None else values[fraction] for values in self))  # type: ignore[arg-type]
 
 
-def draw_noise(count: int, generator: torch.Generator, mask_width: int = 0, gravity: bool = False) -> Noise:
+def sample_noise(count: int, generator: torch.Generator, mask_width: int = 0, gravity: bool = False) -> Noise:
     """Return the random numbers of ``count`` samples.
 
     Args:

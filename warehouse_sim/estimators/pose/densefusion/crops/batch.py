@@ -9,9 +9,9 @@ from torch import Tensor
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     Noise,
     disturb_colour,
-    draw_noise,
     hide_points,
     random_turns,
+    sample_noise,
 )
 from warehouse_sim.estimators.pose.densefusion.crops.choice import Choice, choose_with_surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
@@ -80,7 +80,7 @@ class Batch(NamedTuple):
         return GroundTruth(self.rotation, self.translation, self.inputs.class_index, self.belongs)
 
 
-def draw_batch(
+def sample_batch(
     crops: CropSource,
     index: Int[Tensor, " b"],
     count: int,
@@ -105,7 +105,7 @@ def draw_batch(
     rows, noise = crops.rows(index[fraction]), None
     if generator is not None:
         mask_width = NOISE_WIDTH if rows.has_surroundings else 0
-        noise = draw_noise(len(index), generator, mask_width, upright).rows(fraction)
+        noise = sample_noise(len(index), generator, mask_width, upright).rows(fraction)
     chosen = _choice(rows, count, noise, augment, crop)
     rows, points, centre = chosen.rows, chosen.points, chosen.centre
     scale = rows.diameter / 2.0

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, draw_batch
+from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.losses import loss_distance, pose_distance
@@ -137,7 +137,7 @@ class PoseTask(Task):
         crops, index = self._crops[split], index.to(self._device)
         # Mixed precision is for the layers: in 16 bits points and true poses would be off by millimetres.
         with torch.autocast(self._device.type, enabled=False):
-            return draw_batch(crops, index, count, generator, augment, part, self._crop, upright)
+            return sample_batch(crops, index, count, generator, augment, part, self._crop, upright)
 
     def _corrections(
         self, network: DenseFusion, proposal: Proposal, batch: Batch, embedding: Tensor | None

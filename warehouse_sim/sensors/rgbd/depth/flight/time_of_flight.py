@@ -16,7 +16,7 @@ from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.reflections import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth.flight.multipath import added, gathered, multipath_bias, read_off, scattered
-from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_draws, unit_pattern, wiggle
+from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_pattern, unit_samples, wiggle
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
 from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
@@ -176,7 +176,7 @@ class TimeOfFlight(DepthModel):
 
     def _of_the_unit(self, depth: Depth, scale: float) -> Depth | np.float32:
         """Return the constant error of the unit at each pixel (m)."""
-        offset, growth, phase = unit_draws(self.built)
+        offset, growth, phase = unit_samples(self.built)
         error: Depth | np.float32 = np.float32(self.unit_offset * offset)
         if self.unit_scale > 0:
             error = error + np.float32(self.unit_scale * growth) * depth

@@ -14,7 +14,7 @@ _MARGIN = 4.0
 
 
 @lru_cache(maxsize=8)
-def unit_draws(unit: int) -> tuple[float, float, float]:
+def unit_samples(unit: int) -> tuple[float, float, float]:
     """Return what a unit draws: two standard normal numbers (offset, scale) and a phase (rad)."""
     rng = np.random.default_rng([unit, _SCALARS])
     offset, scale = rng.standard_normal(2)

@@ -116,7 +116,7 @@ class ActiveStereo(DepthModel):
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""
         unit, scale = np.float32(self.focal_px * self.baseline), capture.camera.fx / self.focal_px
-        own = StereoUnit.draw(self.built, *(self.noise_scale * value for value in (
+        own = StereoUnit.sample(self.built, *(self.noise_scale * value for value in (
             self.unit_scale, self.unit_bow_px, self.unit_registration_px * scale)))  # fmt: skip
         inverse = inverse_depth(buffers.depth)
         size = (inverse.shape[0], inverse.shape[1])

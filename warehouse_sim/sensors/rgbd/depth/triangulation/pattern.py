@@ -33,7 +33,7 @@ class StereoUnit:
     """By how much depth is registered beside colour (px of the image)."""
 
     @classmethod
-    def draw(cls, unit: int, scale: float, bow_px: float, registration_px: float) -> "StereoUnit":
+    def sample(cls, unit: int, scale: float, bow_px: float, registration_px: float) -> "StereoUnit":
         """Return the camera of a number; numbers draw from a stream of their own.
 
         Args:
