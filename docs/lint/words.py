@@ -39,6 +39,10 @@ class Pattern:
         """Return the places in a line."""
         return list(re.finditer(self.find, text, re.IGNORECASE))
 
+    def ends_after(self, last: str, text: str) -> bool:
+        """Return whether it is in a line, or goes over from the ``last`` word of the line before."""
+        return any(match.end() > len(last) + 1 for match in self.found_in(f"{last} {text}" if last else f" {text}"))
+
 
 @dataclass(frozen=True)
 class Allowed:
@@ -64,10 +68,13 @@ def findings(root: Path = ROOT) -> Iterator[tuple[str, int, str, Pattern]]:
     for path in _files(root, patterns):
         mine = [pattern for pattern in patterns if not pattern.only or re.search(pattern.only, path)]
         free = [item for item in allowed if path.startswith(item.path)]
+        last = ""
         for number, line in enumerate((root / path).read_text(encoding="utf-8").splitlines(), start=1):
+            text = line.strip().lstrip("#*-> ")
             for pattern in mine:
-                if pattern.found_in(line) and not any(item.text in line for item in free):
+                if pattern.ends_after(last, text) and not any(item.text in line for item in free):
                     yield path, number, line.strip(), pattern
+            last = text.rpartition(" ")[2]
 
 
 def _files(root: Path, patterns: list[Pattern]) -> list[str]:

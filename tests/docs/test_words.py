@@ -29,3 +29,12 @@ def test_allowed_places_are_few_and_there() -> None:
     for item in ALLOWED:
         assert item.reason
         assert (ROOT / item.path).exists()
+
+
+def test_phrases_are_read_over_the_end_of_a_line() -> None:
+    truth = next(pattern for pattern in PATTERNS if pattern.catch == "the truth of the image")
+    assert not truth.ends_after("ground", "truth is measured")
+    assert truth.ends_after("the", "truth is measured")
+    assert not truth.ends_after("truth", "is measured"), "reported with the line before"
+    pattern = next(pattern for pattern in PATTERNS if pattern.catch == "the lux asked for")
+    assert pattern.ends_after("asked", "for by a recipe")
