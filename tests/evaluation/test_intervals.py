@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.evaluation.intervals import fraction_interval, fraction_intervals, scene_bootstrap, wilson
+from warehouse_sim.evaluation.intervals import (
+    difference_interval,
+    fraction_interval,
+    fraction_intervals,
+    scene_bootstrap,
+    wilson,
+)
 
 
 def test_wilson_equals_the_published_example():
@@ -44,3 +50,30 @@ def test_columns_of_one_table_have_the_intervals_that_each_has_alone():
     for name, values in columns.items():
         known = ~np.isnan(values)
         assert found[name] == fraction_interval(values[known], scenes[known], 200, np.random.default_rng(5))
+
+
+def test_one_scene_tells_nothing_of_differences() -> None:
+    assert difference_interval(np.array([0.0, -1.0, 0.0]), np.zeros(3, dtype=int)) == (-1.0, 1.0)
+
+
+def test_where_nothing_changed_the_interval_of_differences_is_as_wide_as_wilsons() -> None:
+    low, high = difference_interval(np.zeros(40), np.arange(40) // 10)
+    assert (-low, high) == pytest.approx((wilson(0.0, 40)[1],) * 2)
+
+
+def test_with_scenes_of_one_pair_the_interval_of_differences_is_students() -> None:
+    values = np.array([1.0, 0.0, 0.0, -1.0, 1.0, 1.0])
+    half = 2.5705818 * values.std(ddof=1) / np.sqrt(6)  # the quantile of 5 degrees of freedom, from a table
+    assert difference_interval(values, np.arange(6)) == pytest.approx(
+        (max(values.mean() - half, -1.0), min(values.mean() + half, 1.0))
+    )
+
+
+def test_the_interval_of_differences_holds_the_true_mean_about_as_often_as_it_says() -> None:
+    rng, held = np.random.default_rng(3), []
+    for _ in range(400):
+        scenes = rng.normal(0.1, 0.2, 8)  # pairs of a scene are alike
+        values = np.clip(np.repeat(scenes, 12) + rng.normal(0.0, 0.2, 96), -1.0, 1.0)
+        low, high = difference_interval(values, np.repeat(np.arange(8), 12))
+        held.append(low <= 0.1 <= high)
+    assert 0.91 <= np.mean(held) <= 0.99

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
@@ -15,7 +14,6 @@ from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import CompareConfig, ConditionConfig, Suite
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation import ScoreConfig
-from warehouse_sim.evaluation.intervals import difference_interval, wilson
 
 METRICS = ("add_2pct", "add_10pct", "found")
 
@@ -60,30 +58,3 @@ def test_two_estimators_are_compared_on_the_same_rows(data: Path, tmp_path: Path
     assert rows["add_2pct"].value == pytest.approx(own.mean() - 1.0, abs=1e-5)
     assert (rows["add_2pct"].estimator, rows["add_2pct"].against) == ("half", "right")
     assert rows["found"].interval[0] < 0.0 < rows["found"].interval[1], "nothing changed in few pairs is no proof"
-
-
-def test_one_scene_tells_nothing() -> None:
-    assert difference_interval(np.array([0.0, -1.0, 0.0]), np.zeros(3, dtype=int)) == (-1.0, 1.0)
-
-
-def test_where_nothing_changed_it_is_as_wide_as_wilsons() -> None:
-    low, high = difference_interval(np.zeros(40), np.arange(40) // 10)
-    assert (-low, high) == pytest.approx((wilson(0.0, 40)[1],) * 2)
-
-
-def test_with_scenes_of_one_pair_it_is_students() -> None:
-    values = np.array([1.0, 0.0, 0.0, -1.0, 1.0, 1.0])
-    half = 2.5705818 * values.std(ddof=1) / np.sqrt(6)  # the quantile of 5 degrees of freedom, from a table
-    assert difference_interval(values, np.arange(6)) == pytest.approx(
-        (max(values.mean() - half, -1.0), min(values.mean() + half, 1.0))
-    )
-
-
-def test_it_holds_the_true_mean_about_as_often_as_it_says() -> None:
-    rng, held = np.random.default_rng(3), []
-    for _ in range(400):
-        scenes = rng.normal(0.1, 0.2, 8)  # pairs of a scene are alike
-        values = np.clip(np.repeat(scenes, 12) + rng.normal(0.0, 0.2, 96), -1.0, 1.0)
-        low, high = difference_interval(values, np.repeat(np.arange(8), 12))
-        held.append(low <= 0.1 <= high)
-    assert 0.91 <= np.mean(held) <= 0.99
