@@ -1,5 +1,7 @@
 """The fork's way into a pallet, judged by linear programming and by a fork of points that is driven step by step."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -221,6 +223,13 @@ def test_a_fork_that_is_too_short_for_a_pallet_lifts_nothing():
     assert docks(SHORT_SIDE, at_entry(SHORT_SIDE), ForkConfig(tine_length=0.8, least_insertion=0.6))
 
 
+def test_tips_must_reach_into_the_object_however_short_its_pockets_are():
+    pocket = SHORT_SIDE.pockets[0]
+    blind = DockingFace("-x", pocket.T_object_pocket, 1.2, (replace(pocket, size=np.array([0.5, 0.2275, 0.1])),))
+    assert docking_slack(at_entry(blind), blind, FORK).tips[0] == pytest.approx(1.10 - 2 / 3 * 1.2)
+    assert failure(blind, at_entry(blind, x=-0.31)) == "too_short"
+
+
 def test_the_heel_gap_is_a_setting():
     close, far = ForkConfig(heel_gap=0.0), ForkConfig(heel_gap=0.2)
     assert not docks(SHORT_SIDE, at_entry(SHORT_SIDE, x=0.001), close)
@@ -234,6 +243,8 @@ def test_the_heel_gap_is_a_setting():
         ({"z": -0.04}, "vertical"),
         ({"yaw": 0.08}, "yaw"),
         ({"pitch": 0.05, "y": 0.01}, "pitch"),
+        # The tips rise by 55 mm of the 30 mm above them, and lie 62 mm of the 64 mm aside.
+        ({"pitch": 0.05, "y": 0.062}, "pitch"),
         ({"roll": 0.3}, "roll"),
         ({"x": 0.06, "y": 0.06}, "too_deep"),
         ({"x": 0.045, "z": 0.031}, "vertical"),
