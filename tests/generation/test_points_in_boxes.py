@@ -10,7 +10,7 @@ import pytest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import Check, validate
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import open_renderer
@@ -34,8 +34,9 @@ def scene() -> SceneSpec:
 
 def dataset(root: Path, lidar: LidarConfig) -> Path:
     recipe = recipe_of(lidar)
-    store = DatasetStore(root, make_manifest(recipe, GenerateConfig(scenes=1, formats=("kitti",))))
-    store.begin(target_models(recipe), recipe.sensors.make_camera())
+    plan = plan_dataset(recipe, GenerateConfig(scenes=1, formats=("kitti",)))
+    store = DatasetStore(root, plan.manifest)
+    store.begin(plan.models, plan.camera)
     with open_renderer() as renderer:
         store.write_scene(scene(), observe_scene(scene(), recipe.sensors, renderer), {}, renderer.description)
     store.finish()

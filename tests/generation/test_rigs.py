@@ -14,7 +14,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import base_variant
-from warehouse_sim.generation.plan import GenerateConfig, make_manifest, target_models
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform, transform_points
@@ -140,9 +140,9 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     recipe = with_rig(
         load_recipe("smoke"), RigConfig.from_plain({"rig": "kitti", "lidars": more, "clean": True}, "here")
     )
-    manifest = make_manifest(recipe, GenerateConfig(scenes=1, formats=("kitti",)))
-    store = DatasetStore(tmp_path / "data", manifest)
-    store.begin(target_models(recipe), recipe.sensors.make_camera())
+    plan = plan_dataset(recipe, GenerateConfig(scenes=1, formats=("kitti",)))
+    store = DatasetStore(tmp_path / "data", plan.manifest)
+    store.begin(plan.models, plan.camera)
     observation = observe(recipe.sensors)
     scene = replace(scene_of("level"), viewpoints=scene_of("level").viewpoints[:1])
     store.write_scene(scene, [observation], {}, "raster")
@@ -161,7 +161,7 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     clean = cv2.imread(str(folder / "depth_clean_2/000000.png"), cv2.IMREAD_UNCHANGED) / 256.0
     assert np.abs(clean - observation.buffers.depth).max() <= 0.5 / 256 + 1e-5
     assert np.array_equal(cv2.imread(str(folder / "image_clean_2/000000.png"))[..., ::-1], observation.buffers.rgb)
-    assert manifest.recipe["sensors"]["clean"] is True
+    assert plan.manifest.recipe["sensors"]["clean"] is True
     right = cv2.imread(str(folder / "image_3/000000.png"))[..., ::-1]
     assert np.array_equal(right, observation.stereo.rgb)
     cloud = np.fromfile(folder / "velodyne_rear/000000.bin", "<f4").reshape(-1, 4)

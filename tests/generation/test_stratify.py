@@ -1,7 +1,7 @@
 import pytest
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.generation.plan import GenerateConfig, make_manifest, scene_features
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, scene_features
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 
@@ -24,7 +24,7 @@ def test_features_are_the_means_that_were_requested_for_in_that_order() -> None:
 
 def test_the_manifest_of_a_stratified_dataset_is_the_same_with_any_number_of_workers() -> None:
     requested = recipe(["distance", "lux"])
-    alone, shared = (make_manifest(requested, GenerateConfig(scenes=4, workers=workers)) for workers in (1, 2))
+    alone, shared = (plan_dataset(requested, GenerateConfig(scenes=4, workers=workers)).manifest for workers in (1, 2))
     assert alone == shared
     assert sorted(index for found in alone.splits.values() for index in found) == [0, 1, 2, 3]
     assert alone.recipe["split"]["stratify"] == ["distance", "lux"]

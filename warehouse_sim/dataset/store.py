@@ -1,7 +1,7 @@
 """A dataset folder while it is made: begun once, written scene by scene in any order, finished once."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -319,8 +319,9 @@ class DatasetStore:
             raise DatasetError(f"{self.root}: holds {begun}, {requested} is requested; choose another folder")
 
     def _require_same(self, stored: Manifest, path: Path) -> None:
-        before, now = to_mapping(stored), to_mapping(replace(self.manifest, renderers=()))
-        key = next((key for key in now if before[key] != now[key]), None)
+        now = replace(self.manifest, renderers=())
+        names = (field.name for field in fields(Manifest))
+        key = next((name for name in names if getattr(stored, name) != getattr(now, name)), None)
         if key is not None:
             raise DatasetError(
                 f"{path}: the dataset was begun with another {key}; resume it with the same settings and "

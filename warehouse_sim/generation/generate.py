@@ -9,12 +9,11 @@ from pathlib import Path
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
-from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.plan import GenerateConfig, draft_manifest, target_models, with_stratified_splits
+from warehouse_sim.generation.plan import DatasetPlan, GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
@@ -58,28 +57,26 @@ def generate(
             ``config.resume``. With ``config.skip_failed``, more than a tenth of them did.
     """
     BACKENDS.get(config.backend)
-    draft = draft_manifest(recipe, config)
-    # A store's formats reject here what they cannot hold: to measure scenes for the split can take long.
-    DatasetStore(out, draft)
-    manifest = with_stratified_splits(draft, recipe, config)
+    plan = plan_dataset(recipe, config)
     with one_writer(out):
-        if config.overwrite:
-            discard_dataset(out)
-        return _write(Job(recipe, manifest, out, config), progress)
+        return _write(recipe, plan, out, config, progress)
 
 
-def _write(job: Job, progress: ProgressCallback) -> Manifest:
+def _write(
+    recipe: Recipe, plan: DatasetPlan, out: Path, config: GenerateConfig, progress: ProgressCallback
+) -> Manifest:
     """Write what is missing of a dataset into its folder, which no other process writes."""
-    recipe, manifest, config = job.recipe, job.manifest, job.config
-    store = DatasetStore(job.root, manifest)
-    store.begin(target_models(recipe), recipe.sensors.make_camera(), config.resume, config.shard)
+    manifest = plan.manifest
+    store = DatasetStore(out, manifest)
+    store.begin(plan.models, plan.camera, config.resume, config.shard)
     wanted = range(manifest.scenes) if config.shard is None else config.shard.scenes(manifest.scenes)
     pending = [index for index in store.pending() if index in wanted]
     progress(len(wanted) - len(pending), len(wanted))
     limit_s = config.scene_limit_s or _OBSERVATION_LIMIT_S * manifest.observations_per_scene
     skipped: list[int] = []
     skip = (lambda index, why: skipped.append(index)) if config.skip_failed else None
-    made = make_scenes(partial(_open_job, job), config.seed, pending, config.workers, limit_s, skip)
+    work = partial(_open_job, Job(recipe, manifest, out, config))
+    made = make_scenes(work, config.seed, pending, config.workers, limit_s, skip)
     for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
         progress(finished, len(wanted))
     if config.shard is None:

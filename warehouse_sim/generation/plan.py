@@ -137,14 +137,36 @@ def default_formats(recipe: Recipe) -> tuple[str, ...]:
     return ("kitti", "bop") if recipe.sensors.lidar is not None else ("bop",)
 
 
-def make_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
-    """Return the manifest of the dataset that ``recipe`` and ``config`` describe.
+@dataclass(frozen=True, eq=False)
+class DatasetPlan:
+    """A dataset before any of it is made."""
+
+    manifest: Manifest
+    """With the splits that the recipe asks for."""
+    models: list[ObjectModel]
+    """Each geometry that a label can name."""
+    camera: PinholeCamera
+    """The rig's camera."""
+
+
+def plan_dataset(recipe: Recipe, config: GenerateConfig) -> DatasetPlan:
+    """Return what the dataset that ``recipe`` and ``config`` describe will be.
 
     Raises:
+        ConfigError: No format is named, or one twice.
+        DatasetError: A format cannot hold the dataset.
         SettleError: A scene that must be measured for a stratified split does not stand in any attempt.
         WorkerError: A scene that must be measured ended every worker that made it.
     """
-    return with_stratified_splits(draft_manifest(recipe, config), recipe, config)
+    models, camera = target_models(recipe), recipe.sensors.make_camera()
+    manifest = draft_manifest(recipe, config)
+    # Before scenes are measured for the split, which can take long.
+    for name in manifest.formats:
+        dataset_format(name).reject(manifest)
+    if recipe.split.stratify:
+        features = _features(recipe, config, manifest.scenes)
+        manifest = replace(manifest, splits=dict(split_scenes(manifest.scenes, recipe.split, features)))
+    return DatasetPlan(manifest, models, camera)
 
 
 def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
@@ -165,7 +187,7 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         seed=config.seed,
         scenes=scenes,
         observations_per_scene=recipe.scene.observations_per_scene * len(recipe.paired_variants.names()),
-        splits={name: indices for name, indices in split_scenes(scenes, recipe.split).items()},
+        splits=dict(split_scenes(scenes, recipe.split)),
         formats=tuple(config.formats),
         targets=recipe.scene.targets,
         recipe=plain,
@@ -186,19 +208,6 @@ def _contents(recipe: dict[str, Any], config: GenerateConfig, camera: PinholeCam
     levelled = tuple(name for name in config.formats if needs_level_camera(dataset_format(name)))
     reach_deg = view_reach_deg(recipe, contents.tilted_viewpoints, camera)
     return replace(contents, levelled=levelled, reach_deg=reach_deg)
-
-
-def with_stratified_splits(draft: Manifest, recipe: Recipe, config: GenerateConfig) -> Manifest:
-    """Return the manifest with the splits that the recipe asks for; to stratify, every scene is prepared once.
-
-    Raises:
-        SettleError: A scene that must be measured does not stand in any attempt.
-        WorkerError: A scene that must be measured ended every worker that made it.
-    """
-    if not recipe.split.stratify:
-        return draft
-    splits = split_scenes(draft.scenes, recipe.split, _features(recipe, config, draft.scenes))
-    return replace(draft, splits={name: indices for name, indices in splits.items()})
 
 
 def _paired_variants(recipe: Recipe) -> tuple[PairedVariant, ...]:
