@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.detectors.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig
@@ -37,7 +37,7 @@ from warehouse_sim.sensors.rgbd.depth.models import MODELS, read_depth_model
 
 ROOTS = (
     *(Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, DetectorConfig, SegmenterConfig),
-    *(RunConfig, Calibration, ForkConfig),
+    *(PoseRun, Calibration, ForkConfig),
 )
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
 """Abstract settings and all that a file can name in their place."""

@@ -15,7 +15,7 @@ from benchmarks.estimators.score import SETTINGS, Setting, place_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.intervals import fraction_interval
@@ -60,7 +60,7 @@ def covered(model: Path, data: Path, scores: Scores, setting: Setting) -> list[d
     curve = read_calibration(model).get(*setting.config.way)
     if curve is None:
         return []
-    shapes = {shape.obj_id: shape for shape in read_config(model).objects}
+    shapes = {shape.obj_id: shape for shape in PoseRun.read(model).objects}
     gt = {
         (image.scene_id, image.image_id, target.gt_index): target.T_camera_object
         for image in DatasetReader(data).images(scores.dataset["split"])

@@ -14,7 +14,7 @@ import tyro
 import yaml
 
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes, write_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
 from warehouse_sim.learning import run_folder
 from warehouse_sim.output import write_bytes
@@ -71,10 +71,10 @@ def _name_no_machine(file: Path) -> None:
 
 def _left_out(model: Path, weights: dict[str, torch.Tensor], pattern: str) -> dict[str, torch.Tensor]:
     """Take objects out of a model's settings and meshes, and return the weights without their rows."""
-    config = read_config(model)
+    config = PoseRun.read(model)
     kept = [number for number, shape in enumerate(config.objects) if not fnmatchcase(shape.name, pattern)]
     objects = tuple(config.objects[number] for number in kept)
-    write_config(model, replace(config, objects=objects))
+    replace(config, objects=objects).write(model)
     numbers = {shape.obj_id for shape in objects}
     write_meshes(model, {obj_id: mesh for obj_id, mesh in read_meshes(model).items() if obj_id in numbers})
     grown = per_object_tensors(config.network)

@@ -9,7 +9,7 @@ from benchmarks.estimators import bounds
 from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.summary import Summary
@@ -50,7 +50,7 @@ def write(
         val: Scores on val by dataset, with the last of the settings.
         held: How often the error bound holds, by dataset, with the last of the settings.
     """
-    config = read_config(model)
+    config = PoseRun.read(model)
     best = next(reversed(test))[1]
     lines = [
         f"# {model.name}",
@@ -110,7 +110,7 @@ def _in_short(test: dict[tuple[str, str], Scores]) -> str:
 
 def _description(model: Path) -> list[str]:
     stages = [folder for folder in (model / FIRST_STAGE, model) if folder.is_dir()]
-    configs = [read_config(folder) for folder in stages]
+    configs = [PoseRun.read(folder) for folder in stages]
     results = [json.loads((folder / "result.json").read_text(encoding="utf-8")) for folder in stages]
     config, places = configs[-1], [stage.relative_to(model) for stage in stages]
     method, train = ESTIMATORS.get(config.estimator), config.train
@@ -164,7 +164,7 @@ def _fraction(summary: Summary, name: str) -> str:
     return f"{100 * summary.metrics[name]:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
-def _limits(config: RunConfig) -> list[str]:
+def _limits(config: PoseRun) -> list[str]:
     return [
         "- Never tested on real images: every number above is of synthetic data of the same generator.",
         "- Masks were the true visible ones. A detector's masks are worse, and what it misses is missed.",

@@ -7,12 +7,9 @@ from typing import Any
 
 import yaml
 
-from warehouse_sim.estimators.detectors.run_config import RunConfig as DetectorRun
-from warehouse_sim.estimators.detectors.run_config import read_config as read_detector
-from warehouse_sim.estimators.lidar.sweep.run_config import SweepRunConfig
-from warehouse_sim.estimators.lidar.sweep.run_config import read_config as read_sweeper
-from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig as SegmenterRun
-from warehouse_sim.estimators.segmenters.segnet.run_config import read_config as read_segmenter
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
+from warehouse_sim.estimators.lidar.sweep.network import SweepRun
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.train import trainable
 from warehouse_sim.learning.run_folder import read_kind
 
@@ -63,15 +60,15 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
 
 
 def _description(model: Path) -> list[str]:
-    config: DetectorRun | SegmenterRun | SweepRunConfig
+    config: DetectorRun | SegmenterRun | SweepRun
     result = json.loads((model / "result.json").read_text(encoding="utf-8"))
     method = trainable(model.name)
     if (kind := read_kind(model)) == "segmenter":
-        config = read_segmenter(model)
+        config = SegmenterRun.read(model)
         size, seen = f"{config.network.width} filters and more", "boxes"
         finds = "masks" + (" and key points of pallet faces" if config.network.keypoints else "")
     else:
-        config = read_sweeper(model) if kind == "sweep-detector" else read_detector(model)
+        config = (SweepRun if kind == "sweep-detector" else DetectorRun).read(model)
         size, seen, finds = config.train.size, "images", ", ".join(config.classes)
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {

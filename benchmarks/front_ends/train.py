@@ -19,7 +19,7 @@ import tyro
 from benchmarks.estimators.data import FOLDER as POSE_FOLDER
 from benchmarks.estimators.data import Data, made
 from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
-from warehouse_sim.estimators.detectors.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train, trainable
@@ -157,18 +157,7 @@ def generate_missing(plans: Sequence[Plan], folder: Path, pose_folder: Path | No
 
 def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, cache: Path) -> None:
     """Read the images that a method is trained on into the cache."""
-    # Parts of the package that need torch: the processes that generate do without.
-    from warehouse_sim.estimators.detectors.preparation import prepare as prepare_images
-    from warehouse_sim.estimators.lidar.sweep.train import prepare_sweeps
-    from warehouse_sim.estimators.segmenters.segnet.preparation import prepare as prepare_boxes
-
-    found, folders = trainable(name), plan.folders(folder, pose_folder, 1)
-    if isinstance(plan.config, SweepDetectorConfig):
-        prepare_sweeps(folders, plan.config, cache, None)
-    elif isinstance(plan.config, DetectorConfig):
-        prepare_images(name, found.reads, folders, plan.config, cache, None)
-    else:
-        prepare_boxes(name, found.reads, found.keypoints, folders, plan.config, cache, None)
+    trainable(name).make_job(plan.folders(folder, pose_folder, 1), folder / "runs" / name, plan.config, cache).start()
     print(f"{name}: images are read")
 
 

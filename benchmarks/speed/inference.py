@@ -16,7 +16,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, write_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import build_surface
@@ -73,7 +73,8 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
     network = ESTIMATORS.get(name).network("nano")
     crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
     shapes = tuple(_shape(model) for model in models)
-    write_config(run, RunConfig(name, "0", (DatasetSource("none", "0" * 64),), shapes, network, crop, TrainConfig()))
+    made = {"objects": shapes, "network": network, "crop": crop, "train": TrainConfig()}
+    PoseRun(estimator=name, version="0", datasets=(DatasetSource("none", "0" * 64),), **made).write(run)
     torch.manual_seed(0)
     write_weights(run, DenseFusion(network, len(shapes)))
     write_meshes(run, {model.obj_id: model.mesh() for model in models})

@@ -11,7 +11,7 @@ import torch
 from benchmarks.estimators import bundle
 from benchmarks.estimators.train import FIRST, in_order, limited
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
 from warehouse_sim.resources import data_folder
 
@@ -22,13 +22,13 @@ def test_left_out_objects_leave_the_others_their_weights(tmp_path: Path, monkeyp
     shutil.rmtree(run / "first_stage")
     monkeypatch.setattr(bundle, "data_folder", lambda name: tmp_path)
     model = bundle.bundle(run, "small", without="carton_*")
-    old, new = read_config(run), read_config(model)
+    old, new = PoseRun.read(run), PoseRun.read(model)
     kept = [number for number, shape in enumerate(old.objects) if not shape.name.startswith("carton_")]
     assert 0 < len(kept) < len(old.objects)
     assert [shape.name for shape in new.objects] == [old.objects[number].name for number in kept]
     assert replace(new, objects=old.objects) == old
     assert set(read_meshes(model)) == {shape.obj_id for shape in new.objects}
-    before, after = load_network(run, old).state_dict(), load_network(model, new).state_dict()
+    before, after = old.load_network(run).state_dict(), new.load_network(model).state_dict()
     grown = per_object_tensors(old.network)
     assert grown
     for name, value in after.items():
@@ -40,12 +40,12 @@ def test_left_out_objects_leave_the_others_their_weights(tmp_path: Path, monkeyp
 def test_a_bundled_model_names_no_folder_of_a_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = tmp_path / "run"
     shutil.copytree(data_folder("models") / "densefusion-depth", run)
-    config = read_config(run)
+    config = PoseRun.read(run)
     assert config.started_from is not None
     before = replace(config.started_from, name="/home/somebody/runs/first/densefusion-depth")
-    write_config(run, replace(config, started_from=before))
+    replace(config, started_from=before).write(run)
     monkeypatch.setattr(bundle, "data_folder", lambda name: tmp_path)
-    after = read_config(bundle.bundle(run, "small"))
+    after = PoseRun.read(bundle.bundle(run, "small"))
     assert after.started_from == replace(before, name="first/densefusion-depth")
     assert replace(after, started_from=config.started_from) == config
 

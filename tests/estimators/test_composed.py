@@ -135,7 +135,7 @@ def test_chains_say_what_they_are_made_of(name: str) -> None:
 
 
 def test_a_chain_without_weights_says_which(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warehouse_sim.estimators.detectors.trainable.model_names", lambda: [])
+    monkeypatch.setattr("warehouse_sim.learning.trainable.model_names", lambda: [])
     with pytest.raises(TrainingError, match="detector-depth has no bundled weights"):
         load_estimator("segment-icp-multistart")
 

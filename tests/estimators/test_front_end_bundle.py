@@ -10,7 +10,8 @@ from benchmarks.estimators import bundle as bundling
 from benchmarks.front_ends import card
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
-from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.detectors.settings import WantedConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.registries import describe_model
 from warehouse_sim.estimators.train import train

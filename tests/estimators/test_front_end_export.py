@@ -8,16 +8,11 @@ import pytest
 import torch
 
 from warehouse_sim.cli.main import main
-from warehouse_sim.estimators.detectors.run_config import RunConfig as DetectorRun
-from warehouse_sim.estimators.detectors.run_config import write_config as write_detector
-from warehouse_sim.estimators.detectors.settings import DetectorConfig
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig, DetectorRun
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
-from warehouse_sim.estimators.lidar.sweep.run_config import load_network as load_sweep_network
-from warehouse_sim.estimators.lidar.sweep.run_config import read_config as read_sweep_config
-from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterNetworkConfig
-from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig as SegmenterRun
-from warehouse_sim.estimators.segmenters.segnet.run_config import write_config as write_segmenter
+from warehouse_sim.estimators.lidar.sweep.network import SweepRun
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterNetworkConfig, SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, SegmenterConfig
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.resources import model_dir
@@ -35,7 +30,8 @@ def test_a_detector_gives_the_same_boxes(tmp_path: Path) -> None:
     torch.manual_seed(0)
     images, network = ImageConfig(("depth",), (128, 64)), DetectorNetworkConfig(width=0.05, classes=2)
     made = DetectorNetwork(network, images).eval()
-    write_detector(tmp_path, DetectorRun("detector-depth", "0", (), ("a", "b"), images, network, DetectorConfig()))
+    given = {"classes": ("a", "b"), "images": images, "network": network, "train": DetectorConfig()}
+    DetectorRun(estimator="detector-depth", version="0", datasets=(), **given).write(tmp_path)
     write_weights(tmp_path, made)
     assert main(["export", str(tmp_path), "--out", str(tmp_path / "m.onnx")]) == 0
     props = {item.key: item.value for item in onnx.load(tmp_path / "m.onnx").metadata_props}
@@ -53,7 +49,8 @@ def test_a_segmenter_gives_the_same_masks(tmp_path: Path) -> None:
     network = SegmenterNetworkConfig(("rgb", "depth"), 4, 6)
     made = SegmenterNetwork(network).eval()
     crop = BoxCropConfig(("rgb", "depth"))
-    write_segmenter(tmp_path, SegmenterRun("keypoints-rgbd", "0", (), (), crop, network, SegmenterConfig()))
+    given = {"objects": (), "crop": crop, "network": network, "train": SegmenterConfig()}
+    SegmenterRun(estimator="keypoints-rgbd", version="0", datasets=(), **given).write(tmp_path)
     write_weights(tmp_path, made)
     assert main(["export", str(tmp_path), "--out", str(tmp_path / "m.onnx")]) == 0
     rgb = torch.randint(0, 256, (5, 48, 96, 3), dtype=torch.uint8)
@@ -77,7 +74,7 @@ def test_a_detector_of_sweeps_gives_the_same_boxes_and_pixels(tmp_path: Path) ->
     above[:, : height // 4] = torch.nan
     boxes, scores, pixels = session(tmp_path / "m.onnx").run(None, {"range_m": seen.numpy(), "height_m": above.numpy()})
     run = model_dir("detector-sweep")
-    network = load_sweep_network(run, read_sweep_config(run)).eval()
+    network = SweepRun.read(run).load_network(run)
     with torch.no_grad():
         raw = network(None, torch.stack([seen, above], dim=1))
         expected = network.decode(raw)

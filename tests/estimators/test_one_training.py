@@ -12,7 +12,7 @@ import torch
 from tests.estimators.test_killed_training import checkpoints, finish, start, weights
 from tests.test_one_writer import start_holder
 from warehouse_sim.errors import OutputError
-from warehouse_sim.estimators.detectors.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train

@@ -1,5 +1,6 @@
 """``warehouse-sim export``: a trained network becomes an ONNX file."""
 
+from functools import partial
 from pathlib import Path
 
 import tyro
@@ -22,7 +23,7 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     require_extra("learn", "to read a network")
     require_extra("export", "to export it")
     from warehouse_sim.estimators.detectors.export import export_detector
-    from warehouse_sim.estimators.detectors.rtdetr.export import export_rtdetr
+    from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
     from warehouse_sim.estimators.lidar.sweep.export import export_sweep_detector
     from warehouse_sim.estimators.pose.densefusion.export import export_onnx
     from warehouse_sim.estimators.segmenters.segnet.export import export_segmenter
@@ -32,7 +33,7 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     require_ending("--out", out, ".onnx")
     others = {
         "detector": export_detector,
-        "rtdetr": export_rtdetr,
+        "rtdetr": partial(export_detector, opens=RtdetrRun),
         "segmenter": export_segmenter,
         "sweep-detector": export_sweep_detector,
     }

@@ -48,14 +48,14 @@ ESTIMATORS.add("lidar-direct", "warehouse_sim.estimators.lidar.direct:LIDAR_DIRE
 DETECTORS = Registry("detector")
 for _name in ("detector-rgb", "detector-depth", "detector-rgbd", "detector-lidar"):
     _constant = _name.upper().replace("-", "_")
-    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.trainable:{_constant}")
+    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.yolov5.settings:{_constant}")
 for _name in ("rtdetr-rgb", "rtdetr-depth", "rtdetr-rgbd"):
-    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.rtdetr.trainable:{_name.upper().replace('-', '_')}")
-DETECTORS.add("detector-sweep", "warehouse_sim.estimators.lidar.sweep.trainable:DETECTOR_SWEEP")
+    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.rtdetr.settings:{_name.upper().replace('-', '_')}")
+DETECTORS.add("detector-sweep", "warehouse_sim.estimators.lidar.sweep.settings:DETECTOR_SWEEP")
 SEGMENTERS = Registry("segmenter")
 for _name in ("segmenter-rgb", "segmenter-depth", "segmenter-rgbd", "keypoints-rgb", "keypoints-rgbd"):
     _constant = _name.upper().replace("-", "_")
-    SEGMENTERS.add(_name, f"warehouse_sim.estimators.segmenters.segnet.trainable:{_constant}")
+    SEGMENTERS.add(_name, f"warehouse_sim.estimators.segmenters.segnet.settings:{_constant}")
 SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxClusters")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")

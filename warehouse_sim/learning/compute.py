@@ -1,11 +1,11 @@
 """Where and how networks compute: device, arithmetic, threads, or not at all but for their shapes."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Literal
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 from torch.overrides import TorchFunctionMode
 
 
@@ -43,6 +43,28 @@ def has_bf16() -> bool:
 
 SMALL = 3_000_000
 """Networks of fewer weights run on one thread."""
+
+
+def place(
+    network: nn.Module, device: Literal["auto", "cpu", "cuda"], threads: int | None
+) -> tuple[torch.device, int | None]:
+    """Move a network to where it predicts, and return that and its CPU threads; None for torch's own number.
+
+    Args:
+        network: Ready for inference.
+        device: "auto" takes a GPU if there is one.
+        threads: As they are requested; None takes one for small networks.
+    """
+    chosen = torch.device(("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device)
+    network.to(chosen)
+    small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
+    return chosen, threads or (1 if small else None)
+
+
+def count_weights(networks: Mapping[str, Callable[[], nn.Module]]) -> dict[str, int]:
+    """Return the number of weights of networks by name, which are made of shapes alone."""
+    with shapes_only():
+        return {name: sum(item.numel() for item in make().parameters()) for name, make in networks.items()}
 
 
 @contextmanager

@@ -2,16 +2,22 @@
 
 import json
 import re
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import safetensors
 import safetensors.torch
+import yaml
 from torch import Tensor, nn
 
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.config import load_yaml, to_mapping
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import ConfigError, TrainingError
+from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import make_folder, write_bytes
 
@@ -46,6 +52,67 @@ class StartingWeights:
     """Bundled name or path of the run folder, as it was given."""
     sha256: str
     """Digest of its weights."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunConfig(ABC):
+    """What defines a trained network but its weights, as ``config.yaml`` of its run folder; a family adds its own."""
+
+    estimator: str
+    """Registered name."""
+    version: str
+    """Version of warehouse-sim that trained it."""
+    datasets: tuple[DatasetSource, ...]
+    """The training data."""
+    train: LoopConfig
+    """How it was trained."""
+    started_from: StartingWeights | None = None
+    """Trained weights that it began with; none for fresh ones."""
+    kind: str = ""
+    """Family that opens the run."""
+
+    @abstractmethod
+    def make_network(self) -> nn.Module:
+        """Return the network with fresh weights."""
+
+    @classmethod
+    def read(cls, run: Path) -> Self:
+        """Read ``config.yaml`` of a run folder.
+
+        Raises:
+            TrainingError: The folder is no run folder, or one of another family.
+        """
+        if (kind := read_kind(run)) != cls.kind:
+            raise TrainingError(f"{run} is a run of the kind {kind}, not {cls.kind}; use it with what trained it")
+        try:
+            return load_yaml(cls, run / CONFIG)
+        except ConfigError as problem:
+            raise TrainingError(f"{problem}; was the run made by another version of warehouse-sim?") from problem
+
+    def write(self, run: Path) -> None:
+        """Write ``config.yaml``; what was trained comes before how."""
+        plain = to_mapping(self)
+        last = {name: plain.pop(name) for name in ("train", "started_from", "kind")}
+        text = yaml.safe_dump(plain | last, sort_keys=False, default_flow_style=None, width=110)
+        write_bytes(run / CONFIG, text.encode(), durable=True)
+
+    def load_network(self, run: Path) -> Any:
+        """Return the trained network of a run folder, ready for inference.
+
+        Raises:
+            TrainingError: The run has no weights yet, or they do not fit its configuration.
+        """
+        network = self.make_network()
+        try:
+            network.load_state_dict(read_weights(run))
+        except RuntimeError as problem:
+            raise TrainingError(f"{run / WEIGHTS} does not fit {CONFIG}: {' '.join(str(problem).split())}") from problem
+        return network.eval()
+
+
+def dataset_sources(readers: Sequence[DatasetReader]) -> tuple[DatasetSource, ...]:
+    """Return what says which datasets are trained on."""
+    return tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
 
 
 def package_version() -> str:

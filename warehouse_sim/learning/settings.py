@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from warehouse_sim.ranges import Range, Seed, ranged
 
@@ -50,6 +50,10 @@ class LoopConfig:
             raise ValueError("training never ends: set max_minutes or max_steps")
         if self.batch % self.devices:
             raise ValueError(f"batch {self.batch} cannot be shared evenly by {self.devices} devices")
+
+    def defaults(self) -> Self:
+        """Return the settings of whoever names none, to go on with a run."""
+        return type(self)()
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
-from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
+from warehouse_sim.estimators.detectors.settings import WantedConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict
@@ -107,7 +108,7 @@ def test_a_command_trains_a_detector_with_settings_of_its_own(
 
 
 def test_a_detector_without_bundled_weights_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warehouse_sim.estimators.detectors.trainable.model_names", lambda: [])
+    monkeypatch.setattr("warehouse_sim.learning.trainable.model_names", lambda: [])
     with pytest.raises(TrainingError, match="train it first"):
         DETECTORS.get("detector-rgb")()
 

@@ -2,14 +2,17 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 from torch import Tensor, nn
 
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
 from warehouse_sim.geometry.overlap import box_coverage, box_ious
 from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
+from warehouse_sim.learning.run_folder import RunConfig
 
 
 class BoxNetwork(nn.Module, ABC):
@@ -35,6 +38,20 @@ class BoxNetwork(nn.Module, ABC):
     @abstractmethod
     def decode(self, raw: Any) -> tuple[Float[Tensor, "b n 4"], Float[Tensor, "b n k"]]:
         """Return boxes (edges on the canvas, px) and the score of each class (0-1)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxRun(RunConfig):
+    """What defines a trained network that gives boxes."""
+
+    classes: tuple[str, ...]
+    """What it tells apart, in the order of the network's classes."""
+    images: Any
+    """What it reads."""
+    network: Any
+    """Sizes of the network."""
+    train: BoxTrainingConfig
+    """How it was trained."""
 
 
 CONSIDERED = 1000

@@ -2,18 +2,18 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import torch
 
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, suppress
-from warehouse_sim.estimators.detectors.run_config import AnyRunConfig, load_network, read_config
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, suppress
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
 from warehouse_sim.estimators.images.settings import DepthSource
-from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.learning.compute import cpu_threads, place
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 
@@ -45,19 +45,13 @@ class TrainedDetector:
         TrainingError: The folder holds no complete run of a detector.
     """
 
-    def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
-        self.run_config, network = self._opened(run)
-        self.config = config
-        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
-        self._device = torch.device(chosen)
-        self._network = network.to(self._device)
-        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
-        self._threads = config.threads or (1 if small else None)
+    opens: ClassVar[type[BoxRun]] = DetectorRun
+    """Its run folders."""
 
-    def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
-        """Return the configuration and the trained network of a run folder."""
-        config = read_config(run)
-        return config, load_network(run, config)
+    def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
+        self.run_config, self.config = self.opens.read(run), config
+        self._network: BoxNetwork = self.run_config.load_network(run)
+        self._device, self._threads = place(self._network, config.device, config.threads)
 
     @property
     def classes(self) -> tuple[str, ...]:

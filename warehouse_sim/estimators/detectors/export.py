@@ -6,8 +6,8 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork
-from warehouse_sim.estimators.detectors.run_config import AnyRunConfig, load_network, read_config
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.learning.onnx_file import Inputs, export_network
@@ -34,24 +34,26 @@ class PortableDetector(nn.Module):
         return self.network.decode(self.network(rgb, depth))
 
 
-def export_detector(run: Path, out: Path) -> float:
+def export_detector(run: Path, out: Path, opens: type[BoxRun] = DetectorRun) -> float:
     """Write the network of a run folder with a free batch axis, for images of the shape of ``input_wh``.
 
+    Args:
+        run: Run folder.
+        out: File to write.
+        opens: What reads the run folder: of any network that gives boxes.
+
     Raises:
-        MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
+        MissingPackageError: onnx, onnxscript, onnxruntime or the network's library is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
-    config = read_config(run)
-    return export_boxes(config, load_network(run, config), out)
+    config = opens.read(run)
+    network = PortableDetector(config.load_network(run)).eval()
+    return export_network(
+        network, (_random_inputs(config, 2), _random_inputs(config, 3)), OUTPUTS, _metadata(config), out, TOLERANCE
+    )
 
 
-def export_boxes(config: AnyRunConfig, network: BoxNetwork, out: Path) -> float:
-    """Write any network that gives boxes; see ``export_detector``."""
-    examples = _random_inputs(config, 2), _random_inputs(config, 3)
-    return export_network(PortableDetector(network).eval(), examples, OUTPUTS, _metadata(config), out, TOLERANCE)
-
-
-def _random_inputs(config: AnyRunConfig, batch: int) -> Inputs:
+def _random_inputs(config: BoxRun, batch: int) -> Inputs:
     generator = torch.Generator().manual_seed(0)
     width, height = Letterbox.fit(config.images.input_wh, config.images.input_wh).size_wh
     inputs: Inputs = {}
@@ -62,7 +64,7 @@ def _random_inputs(config: AnyRunConfig, batch: int) -> Inputs:
     return inputs
 
 
-def _metadata(config: AnyRunConfig) -> dict[str, str]:
+def _metadata(config: BoxRun) -> dict[str, str]:
     return {
         "detector": config.estimator,
         "classes": json.dumps(config.classes),

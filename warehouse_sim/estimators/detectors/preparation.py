@@ -10,21 +10,11 @@ import numpy as np
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorSize
-from warehouse_sim.estimators.detectors.yolov5.anchors import cluster_anchors
-from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, DetectorNetworkConfig
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
 from warehouse_sim.estimators.images.rows import load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
-from warehouse_sim.learning.run_folder import DatasetSource
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.settings import Progress
-
-WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
-DEPTH = 0.33
-"""Of all three sizes."""
-_ANCHORS_A_LEVEL = 3
-_MOST_CLUSTERED = 20_000
-"""Boxes that anchors are found from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +29,11 @@ class Prepared:
     """Their names."""
     reading: Any
     """What was read of the images."""
-    datasets: tuple[DatasetSource, ...]
-    """Where they come from."""
 
 
 def prepare(
+    readers: Sequence[DatasetReader],
     reads: Reads,
-    data: Sequence[Path],
     config: AnyDetectorConfig,
     cache: Path | None,
     progress: Progress | None,
@@ -53,8 +41,8 @@ def prepare(
     """Read the images of train and val, and find the classes.
 
     Args:
+        readers: The datasets.
         reads: What the network reads.
-        data: Dataset folders.
         config: Settings.
         cache: Folder to keep images in; None keeps them in memory.
         progress: Called with what is read.
@@ -63,9 +51,6 @@ def prepare(
         DatasetError: A folder is no dataset that can be read, or lacks what is read.
         TrainingError: A split is empty, or a class is not there.
     """
-    if not data:
-        raise TrainingError("there is nothing to train on: name at least one dataset folder")
-    readers = [DatasetReader(folder) for folder in data]
     images = ImageConfig(reads, config.input_wh, config.depth_source)
     found: dict[str, list[Arrays]] = {}
     for split in ("train", "val"):
@@ -77,14 +62,13 @@ def prepare(
             )
         ]
     classes, class_of = known_classes(readers, found["train"], config)
-    require_wanted(found, data, classes, class_of, config, "--wanted.visible and --wanted.height-px")
-    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
-    return Prepared(found, class_of, classes, images, sources)
+    require_wanted(found, readers, classes, class_of, config, "--wanted.visible and --wanted.height-px")
+    return Prepared(found, class_of, classes, images)
 
 
 def require_wanted(
     found: dict[str, list[Arrays]],
-    data: Sequence[Path],
+    readers: Sequence[DatasetReader],
     classes: tuple[str, ...],
     class_of: dict[int, int],
     config: BoxTrainingConfig,
@@ -96,20 +80,12 @@ def require_wanted(
         TrainingError: One does not; it names the ``options`` that ask for less.
     """
     for split, parts in found.items():
-        if not _wanted_sizes(parts, class_of, config).size:
+        if not wanted_sizes(parts, class_of, config).size:
+            folders = ", ".join(str(reader.root) for reader in readers)
             raise TrainingError(
-                f"{', '.join(map(str, data))}: the split {split!r} shows none of {', '.join(classes)} well enough; "
+                f"{folders}: the split {split!r} shows none of {', '.join(classes)} well enough; "
                 f"generate more scenes, or ask for less with {options}"
             )
-
-
-def network_config(prepared: Prepared, config: BoxTrainingConfig, size: DetectorSize) -> DetectorNetworkConfig:
-    """Return the network of a size for the classes, with anchors for the boxes of the training data."""
-    rng = np.random.default_rng(config.seed)
-    sizes = rng.permutation(_wanted_sizes(prepared.images["train"], prepared.class_of, config))[:_MOST_CLUSTERED]
-    fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
-    anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
-    return DetectorNetworkConfig(WIDTHS[size], DEPTH, len(prepared.classes), anchors)
 
 
 def known_classes(
@@ -138,7 +114,7 @@ def _label(info: ObjectInfo, config: BoxTrainingConfig) -> str:
     return info.class_name if config.labels == "class" else info.name
 
 
-def _wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxTrainingConfig) -> np.ndarray:
+def wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxTrainingConfig) -> np.ndarray:
     """Return width and height on the canvas (px) of all boxes that are to be found."""
     labels = [np.asarray(arrays["labels"]).reshape(-1, arrays["labels"].shape[-1]) for arrays in parts]
     rows = np.concatenate(labels) if labels else np.zeros((0, 8), dtype=np.float32)

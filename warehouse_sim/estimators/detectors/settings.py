@@ -1,7 +1,7 @@
-"""Settings of training a detector; free of torch, so that a command line can show them at once."""
+"""Settings of training any detector; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -10,21 +10,7 @@ from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentCo
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.ranges import Fraction, Range, ranged
 
-DetectorSize = Literal["pico", "nano", "small"]
 Labels = Literal["class", "object"]
-
-
-@dataclass(frozen=True)
-@ranged
-class DetectorLossConfig:
-    """Weights of what a detector minimises."""
-
-    box: Annotated[float, Range(0, 1000)] = 0.05
-    """Of 1 - CIoU, 0-1,000."""
-    objectness: Annotated[float, Range(0, 1000)] = 1.0
-    """Of telling cells with an object from others, 0-1,000."""
-    classes: Annotated[float, Range(0, 1000)] = 0.5
-    """Of telling classes apart, where there are several, 0-1,000."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +48,6 @@ class BoxTrainingConfig(LoopConfig):
         """Return which labels are to be found; of others nothing is taught."""
         raise NotImplementedError
 
-    def defaults(self) -> "BoxTrainingConfig":
-        """Return the settings of whoever names none, to go on with a run."""
-        return type(self)()
-
 
 @dataclass(frozen=True)
 @ranged
@@ -86,25 +68,6 @@ class AnyDetectorConfig(BoxTrainingConfig):
         wanted: Bool[np.ndarray, " k"] = (labels[:, 5] >= self.wanted.visible) & (labels[:, 6] >= self.wanted.height_px)
         return wanted
 
-    def defaults(self) -> "AnyDetectorConfig":
+    def defaults(self) -> Self:
         """Return the settings of whoever names none, to go on with a run; the name says whose depth is seen."""
         return type(self)(depth_source=self.depth_source)
-
-
-@dataclass(frozen=True)
-@ranged
-class DetectorConfig(AnyDetectorConfig):
-    """How a detector of this package is trained."""
-
-    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
-    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
-    """Decoupled weight decay of AdamW, 0-10."""
-    precision: Literal["auto", "32", "bf16"] = "32"
-    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
-    size: DetectorSize = "nano"
-    """Widths of the network: nano and small are those of the original, pico is half of nano."""
-    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
-    """What is minimised."""

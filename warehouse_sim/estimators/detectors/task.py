@@ -10,10 +10,8 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, Kept, box_precision, suppress
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, DetectorConfig
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
 from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
-from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.compute import on_device
@@ -165,19 +163,6 @@ class ImageBoxTask(BoxTask):
     def plain(self, arrays: Arrays, row: int) -> Sample:
         """Return an image as it is stored."""
         return plain_sample(arrays, row)
-
-
-class DetectionTask(ImageBoxTask):
-    """Train the detector of this package."""
-
-    network: DetectorNetwork
-    config: DetectorConfig
-
-    def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
-        """Return CIoU, objectness and classes, weighted."""
-        raw = self.network(*inputs)
-        with torch.autocast(self._device.type, enabled=False):
-            return detection_loss(self.network, raw, targets, self.config.loss)
 
 
 def _size(sample: Sample) -> tuple[int, ...]:

@@ -7,14 +7,14 @@ import pytest
 import torch
 
 from warehouse_sim.cli.main import main
-from warehouse_sim.estimators.detectors.rtdetr.run_config import load_network, read_config
+from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
 
 
 @pytest.mark.slow
 def test_the_file_gives_the_same_boxes(run: Path, tmp_path: Path) -> None:
     onnxruntime = pytest.importorskip("onnxruntime")
     assert main(["export", str(run), "--out", str(tmp_path / "m.onnx")]) == 0
-    network = load_network(run, read_config(run))
+    network = RtdetrRun.read(run).load_network(run)
     rgb = torch.randint(0, 256, (4, 64, 96, 3), dtype=torch.uint8)
     depth = 9 * torch.rand(4, 64, 96)
     session = onnxruntime.InferenceSession(str(tmp_path / "m.onnx"), providers=["CPUExecutionProvider"])

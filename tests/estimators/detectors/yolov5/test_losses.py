@@ -3,10 +3,10 @@ import math
 import pytest
 import torch
 
-from warehouse_sim.estimators.detectors.settings import DetectorLossConfig
 from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import complete_iou, detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
 
 

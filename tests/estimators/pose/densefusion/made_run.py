@@ -9,7 +9,7 @@ from tests.dataset.toy import PALLET
 from tests.estimators.pose.densefusion.made_crops import pallet_shape
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.objects import write_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, Size, TrainConfig, with_preset
 from warehouse_sim.estimators.pose.densefusion.training.preparation import crop_of, network_of
 from warehouse_sim.estimators.registries import ESTIMATORS
@@ -30,7 +30,8 @@ def made_run(
     network = network_of(ESTIMATORS.get(name), train)
     shape = replace(pallet_shape(), obj_id=obj_id, name=object_name, class_name="pallet")
     source = DatasetSource("toy", "0" * 64)
-    write_config(run, RunConfig(name, "0", (source,), (shape,), network, crop_of(network), train))
+    made = {"objects": (shape,), "network": network, "crop": crop_of(network), "train": train}
+    PoseRun(estimator=name, version="0", datasets=(source,), **made).write(run)
     torch.manual_seed(0)
     write_weights(run, DenseFusion(network, 1))
     write_meshes(run, {obj_id: PALLET.mesh()})

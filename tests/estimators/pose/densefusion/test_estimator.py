@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, E
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import wanted_targets
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import write_weights
@@ -160,8 +160,8 @@ def test_a_small_network_takes_one_thread_and_gives_the_others_back(run: Path, m
 @pytest.mark.parametrize("name", trained_names())
 def test_every_method_corrects_as_often_as_requested(tmp_path: Path, name: str) -> None:
     run = made_run(tmp_path / "run", name)
-    config = read_config(run)
-    network = load_network(run, config)
+    config = PoseRun.read(run)
+    network = config.load_network(run)
     with torch.no_grad():
         # The refiner begins with zeros.
         for value in network.refiner.outputs.parameters():

@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.densefusion.export import (
     export_onnx,
     random_inputs,
 )
-from warehouse_sim.estimators.pose.densefusion.run_config import load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.registries import trained_names
 
 pytest.importorskip("onnxscript")
@@ -47,17 +47,19 @@ def test_the_file_computes_what_torch_computes(
 ) -> None:
     run = made_run(tmp_path / "run", name, size=size)
 
-    def load_disturbed(folder, config):
-        network = load_network(folder, config)
+    load = PoseRun.load_network
+
+    def load_disturbed(config, folder):
+        network = load(config, folder)
         disturb(network)
         return network
 
-    monkeypatch.setattr(module, "load_network", load_disturbed)
+    monkeypatch.setattr(PoseRun, "load_network", load_disturbed)
     file = tmp_path / "folder" / "model.onnx"
     assert export_onnx(run, file) < TOLERANCE
     session = onnxruntime.InferenceSession(file, providers=["CPUExecutionProvider"])
-    config = read_config(run)
-    network = PortableNetwork(load_disturbed(run, config))
+    config = PoseRun.read(run)
+    network = PortableNetwork(config.load_network(run))
     known = {item.name for item in session.get_inputs()}
     assert tuple(item.name for item in session.get_outputs()) == OUTPUTS
     for batch in (1, 3):

@@ -11,7 +11,7 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Inliers
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, rotation_z
@@ -22,10 +22,10 @@ DOWN = np.array([0.0, 1.0, 0.0])
 
 def test_poses_come_back_in_the_axes_of_a_rolled_camera(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run", preset="robust")
-    config = read_config(run)
+    config = PoseRun.read(run)
     # Without surroundings both cameras see the very same points.
     plain = replace(config.network, inliers=None)
-    write_config(run, replace(config, network=plain, crop=type(config.crop)()))
+    replace(config, network=plain, crop=type(config.crop)()).write(run)
     torch.manual_seed(0)
     network = DenseFusion(plain, 1)
     with torch.no_grad():

@@ -3,7 +3,7 @@ import pytest
 
 from warehouse_sim.estimators.pose.keypoints.pnp import SeenPoints, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.keypoints import face_points, pocket_faces, side_points
-from warehouse_sim.estimators.segmenters.segnet.run_config import KnownFaces
+from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.schema import Pocket

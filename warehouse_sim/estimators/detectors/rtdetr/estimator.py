@@ -1,11 +1,11 @@
 """A trained RT-DETR: images in, boxes with classes and scores out."""
 
 from pathlib import Path
+from typing import ClassVar
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork
+from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
-from warehouse_sim.estimators.detectors.rtdetr.run_config import load_network, read_config
-from warehouse_sim.estimators.detectors.run_config import AnyRunConfig
+from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
 
 RTDETR_DETECT = DetectConfig(most_overlap=0.9)
 """Each object is taught to one box only: what overlaps less is another object, such as pallets behind each other."""
@@ -23,9 +23,7 @@ class TrainedRtdetr(TrainedDetector):
         MissingPackageError: The library is not installed.
     """
 
+    opens: ClassVar[type[BoxRun]] = RtdetrRun
+
     def __init__(self, run: Path, config: DetectConfig = RTDETR_DETECT) -> None:
         super().__init__(run, config)
-
-    def _opened(self, run: Path) -> tuple[AnyRunConfig, BoxNetwork]:
-        config = read_config(run)
-        return config, load_network(run, config)

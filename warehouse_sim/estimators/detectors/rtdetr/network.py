@@ -8,8 +8,8 @@ import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork
-from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrSize
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
+from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrConfig, RtdetrSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.optional import require, require_extra
@@ -185,3 +185,24 @@ def _begin_afresh(detr: Any) -> None:
         # The first boxes are the anchors.
         nn.init.zeros_(head.layers[-1].weight)
         nn.init.zeros_(head.layers[-1].bias)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RtdetrRun(BoxRun):
+    """Everything that defines a trained RT-DETR but its weights."""
+
+    images: ImageConfig
+    """What it reads."""
+    network: RtdetrNetworkConfig
+    """Sizes of the network."""
+    train: RtdetrConfig
+    """How it was trained."""
+    kind: str = "rtdetr"
+
+    def make_network(self) -> RtdetrNetwork:
+        """Return the network with fresh weights.
+
+        Raises:
+            MissingPackageError: The library is not installed.
+        """
+        return RtdetrNetwork(self.network, self.images)

@@ -1,9 +1,11 @@
-"""Settings of training an RT-DETR; free of torch, so that a command line can show them at once."""
+"""Settings of training an RT-DETR, and its names; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig
+from warehouse_sim.estimators.images.settings import Reads
+from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Range, ranged
 
 RtdetrSize = Literal["tiny", "r18", "r34", "r50"]
@@ -41,3 +43,22 @@ class RtdetrConfig(AnyDetectorConfig):
     """Backbone and widths: r18, r34 and r50 are the published ones, tiny is for trials."""
     loss: RtdetrLossConfig = field(default_factory=RtdetrLossConfig)
     """What is minimised."""
+
+
+@dataclass(frozen=True)
+class TrainableRtdetr(TrainableNetwork):
+    """An RT-DETR by what it reads."""
+
+    reads: Reads = ("depth",)
+    settings: RtdetrConfig = RtdetrConfig()
+
+    job: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.train:RtdetrJob"
+    opens: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.estimator:TrainedRtdetr"
+    extra: ClassVar[str] = "detectors"
+
+
+RTDETR_RGB = TrainableRtdetr("rtdetr-rgb", "finds objects in colour images, by transformers", "RGB", reads=("rgb",))
+RTDETR_DEPTH = TrainableRtdetr("rtdetr-depth", "finds objects in depth images, by transformers", "depth")
+RTDETR_RGBD = TrainableRtdetr(
+    "rtdetr-rgbd", "finds objects in colour and depth, by transformers", "RGB + depth", reads=("rgb", "depth")
+)

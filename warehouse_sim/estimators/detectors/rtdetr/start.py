@@ -1,6 +1,5 @@
 """Begin a training with weights of another run, or with a file or folder of the library, such as published ones."""
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from torch import Tensor
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.rtdetr.network import EXTRA, PURPOSE, RtdetrNetwork
+from warehouse_sim.learning.job import starting_weights
 from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights, read_weights
 from warehouse_sim.optional import require
 from warehouse_sim.resources import model_dir
@@ -55,7 +55,7 @@ def start_from(init: str | Path, network: RtdetrNetwork) -> tuple[StartingWeight
     if fresh:
         more = f" and {len(fresh) - _NAMED} more" if len(fresh) > _NAMED else ""
         remark += f"; fresh: {', '.join(fresh[:_NAMED])}{more}"
-    return StartingWeights(str(init), hashlib.sha256(file.read_bytes()).hexdigest()), remark
+    return starting_weights(init, file), remark
 
 
 def _library_weights(file: Path, network: RtdetrNetwork) -> Mapping[str, Tensor]:

@@ -2,25 +2,27 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import torch
 from jaxtyping import Float
-from torch import Tensor, nn
+from torch import Tensor
 
+from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared
 from warehouse_sim.estimators.detectors.rtdetr.estimator import RTDETR_DETECT
 from warehouse_sim.estimators.detectors.rtdetr.loss import Labels, make_loss
-from warehouse_sim.estimators.detectors.rtdetr.network import SIZES, RtdetrNetwork, RtdetrNetworkConfig
-from warehouse_sim.estimators.detectors.rtdetr.run_config import RtdetrRunConfig, read_config
+from warehouse_sim.estimators.detectors.rtdetr.network import SIZES, RtdetrNetwork, RtdetrNetworkConfig, RtdetrRun
 from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrConfig
 from warehouse_sim.estimators.detectors.rtdetr.start import start_from
-from warehouse_sim.estimators.detectors.task import ImageBoxTask, Inputs
+from warehouse_sim.estimators.detectors.task import BoxTask, ImageBoxTask, Inputs
 from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
 from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.compute import on_device
+from warehouse_sim.learning.job import Started
 from warehouse_sim.learning.records import RunLog
-from warehouse_sim.learning.run_folder import StartingWeights, package_version
+from warehouse_sim.learning.run_folder import StartingWeights
 from warehouse_sim.learning.samples.array_store import Arrays
 
 
@@ -75,27 +77,20 @@ class RtdetrJob(BoxJob):
 
     config: RtdetrConfig
 
+    run_config: ClassVar[type[BoxRun]] = RtdetrRun
+    task: ClassVar[type[BoxTask]] = RtdetrTask
+
     @property
     def is_small(self) -> bool:
         """Whether the network gains little from several threads."""
         return self.config.size == "tiny"
 
-    def read_old(self) -> RtdetrRunConfig:
-        """Read the configuration of the run that is gone on with."""
-        return read_config(self.run)
+    def sizes(self, prepared: Prepared) -> RtdetrNetworkConfig:
+        """Return the widths of the size, for the classes."""
+        return RtdetrNetworkConfig(**SIZES[self.config.size], classes=len(prepared.classes))
 
-    def make(self, prepared: Prepared, order: GroupedOrder) -> tuple[RtdetrTask, RtdetrRunConfig]:
-        """Return the training of a fresh network, and the resolved configuration."""
-        sizes = RtdetrNetworkConfig(**SIZES[self.config.size], classes=len(prepared.classes))
-        network = RtdetrNetwork(sizes, prepared.reading)
-        task = RtdetrTask(network, self.config, prepared.images, prepared.class_of, order)
-        data, reading = prepared.datasets, prepared.reading
-        config = RtdetrRunConfig(self.name, package_version(), data, prepared.classes, reading, sizes, self.config)
-        return task, config
-
-    def begin_with(self, init: str | Path, network: nn.Module, log: RunLog) -> StartingWeights:
+    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
         """Copy weights of another run, or of the library, and say how many fitted."""
-        assert isinstance(network, RtdetrNetwork)
-        started, remark = start_from(init, network)
+        begun, remark = start_from(init, started.task.network)
         log.note(remark)
-        return started
+        return begun

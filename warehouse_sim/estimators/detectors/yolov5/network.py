@@ -2,8 +2,9 @@
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated
 
 import torch
@@ -11,10 +12,15 @@ from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig, DetectorSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
-from warehouse_sim.estimators.images.settings import ImageConfig
+from warehouse_sim.estimators.images.settings import ImageConfig, Reads
 from warehouse_sim.ranges import Range, ranged
+
+WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
+DEPTH = 0.33
+"""Of all three sizes."""
 
 
 class Conv(nn.Sequential):
@@ -248,3 +254,29 @@ class DetectorNetwork(CellNetwork):
     ) -> Float[Tensor, "b c h w"]:
         """Return the channels of colours and canonical depths, as far as they are read."""
         return encode(self.images.reads, rgb, depth)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorRun(BoxRun):
+    """Everything that defines a trained detector of this package but its weights."""
+
+    images: ImageConfig
+    """What it reads."""
+    network: DetectorNetworkConfig
+    """Sizes of the network."""
+    train: DetectorConfig
+    """How it was trained."""
+    kind: str = "detector"
+
+    def make_network(self) -> DetectorNetwork:
+        """Return the network with fresh weights."""
+        return DetectorNetwork(self.network, self.images)
+
+
+def networks_by_size(reads: Reads, classes: int) -> dict[str, Callable[[], nn.Module]]:
+    """Return what makes the network of each size."""
+    images = ImageConfig(reads)
+    return {
+        size: partial(DetectorNetwork, DetectorNetworkConfig(width, DEPTH, classes), images)
+        for size, width in WIDTHS.items()
+    }

@@ -15,11 +15,11 @@ from warehouse_sim.estimators.lidar.projection import sparse_depth
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
 from warehouse_sim.estimators.lidar.sweep.floor import Plane, up_of
 from warehouse_sim.estimators.lidar.sweep.found import FoundInSweep, SweepDetection, facing, own_points
+from warehouse_sim.estimators.lidar.sweep.network import SweepNetwork, SweepRun
 from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid, on_turn, range_image
 from warehouse_sim.estimators.lidar.sweep.rows import floor_in, two_planes
-from warehouse_sim.estimators.lidar.sweep.run_config import load_network, read_config
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.learning.compute import cpu_threads, place
 
 _LEAST_SEEN = 0.3
 """Fraction of an object's points that a camera must see, that the object is one of its image."""
@@ -44,12 +44,9 @@ class TrainedSweepDetector:
     reads_rgb = False
 
     def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:  # noqa: B008  frozen
-        self.run_config, self.config = read_config(run), config
-        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
-        self._device = torch.device(chosen)
-        self._network = load_network(run, self.run_config).to(self._device)
-        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
-        self._threads = config.threads or (1 if small else None)
+        self.run_config, self.config = SweepRun.read(run), config
+        self._network: SweepNetwork = self.run_config.load_network(run)
+        self._device, self._threads = place(self._network, config.device, config.threads)
         self.grid = SweepGrid(self.run_config.images)
         """Of the boxes."""
 

@@ -8,8 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
-from warehouse_sim.estimators.lidar.sweep.network import SweepNetwork
-from warehouse_sim.estimators.lidar.sweep.run_config import SweepRunConfig, load_network, read_config
+from warehouse_sim.estimators.lidar.sweep.network import SweepNetwork, SweepRun
 from warehouse_sim.learning.onnx_file import Inputs, export_network
 
 OUTPUTS = ("boxes", "scores", "pixels")
@@ -44,12 +43,12 @@ def export_sweep_detector(run: Path, out: Path) -> float:
         MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
-    config = read_config(run)
-    network = PortableSweepDetector(load_network(run, config)).eval()
+    config = SweepRun.read(run)
+    network = PortableSweepDetector(config.load_network(run)).eval()
     return export_network(network, (_turns(config, 2), _turns(config, 3)), OUTPUTS, _metadata(config), out, TOLERANCE)
 
 
-def _turns(config: SweepRunConfig, batch: int) -> Inputs:
+def _turns(config: SweepRun, batch: int) -> Inputs:
     generator = torch.Generator().manual_seed(0)
     shape = batch, config.images.rows, config.images.columns + 2 * MARGIN
     height = 4.0 * torch.rand(shape, generator=generator) - 0.5
@@ -57,7 +56,7 @@ def _turns(config: SweepRunConfig, batch: int) -> Inputs:
     return {"range_m": 30.0 * torch.rand(shape, generator=generator), "height_m": height}
 
 
-def _metadata(config: SweepRunConfig) -> dict[str, str]:
+def _metadata(config: SweepRun) -> dict[str, str]:
     low, high = config.images.elevation_deg
     return {
         "detector": config.estimator,

@@ -7,10 +7,11 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
 
+from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, CellNetwork, Conv, DetectorNetworkConfig, Raw
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX, CHANNELS, depth_channels
 from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid
-from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
+from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig, SweepDetectorConfig
 
 _FARTHEST = 45.0
 """Range beyond this (canonical m) is this."""
@@ -76,3 +77,20 @@ class SweepNetwork(CellNetwork):
         height = torch.where(known, height, 0.0)
         heights = [(height / scale).clamp(-1.0, 2.0) for scale in (_LOW, _HIGH)]
         return torch.cat([depth_channels(metres * self._canonical, _FARTHEST), *heights, known.float()], dim=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepRun(BoxRun):
+    """Everything that defines a trained detector of sweeps but its weights."""
+
+    images: RangeImageConfig
+    """Which directions it sees."""
+    network: DetectorNetworkConfig
+    """Sizes of the network."""
+    train: SweepDetectorConfig
+    """How it was trained."""
+    kind: str = "sweep-detector"
+
+    def make_network(self) -> SweepNetwork:
+        """Return the network with fresh weights."""
+        return SweepNetwork(self.network, self.images)

@@ -1,12 +1,14 @@
-"""Settings of the detector that looks at sweeps; free of torch, so that a command line can show them at once."""
+"""Settings of the detector that looks at sweeps, and its name; free of torch, so that a command line is quick."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorLossConfig, DetectorSize
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig, DetectorSize
+from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 CELL = 32
@@ -110,3 +112,16 @@ class SweepDetectorConfig(BoxTrainingConfig):
         """Return which labels, as ``rows.SWEEP_LABEL`` names them, are to be found."""
         wanted: Bool[np.ndarray, " k"] = (labels[:, 5] >= self.wanted.fraction) & (labels[:, 6] >= self.wanted.points)
         return wanted
+
+
+@dataclass(frozen=True)
+class TrainableSweepDetector(TrainableNetwork):
+    """A detector of objects in sweeps."""
+
+    settings: SweepDetectorConfig = SweepDetectorConfig()
+
+    job: ClassVar[str] = "warehouse_sim.estimators.lidar.sweep.train:SweepJob"
+    opens: ClassVar[str] = "warehouse_sim.estimators.lidar.sweep.estimator:TrainedSweepDetector"
+
+
+DETECTOR_SWEEP = TrainableSweepDetector("detector-sweep", "finds objects in whole LiDAR sweeps", "LiDAR sweep")

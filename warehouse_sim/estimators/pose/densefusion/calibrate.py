@@ -20,7 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.calibration import (
 )
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, without_mesh
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import Transform
@@ -72,10 +72,10 @@ def calibrate(
         The curves. There is none for ICP where the run lacks a CAD surface, nor for a way whose val images hold fewer
         than ``LEAST_SAMPLES`` objects or one scene.
     """
-    if any(config.refine == "icp" for config in configs) and without_mesh(run, read_config(run).objects):
+    if any(config.refine == "icp" for config in configs) and without_mesh(run, PoseRun.read(run).objects):
         configs = [config for config in configs if config.refine != "icp"]
     before, iterations = read_calibration(run), helpful_iterations(run, datasets)
-    trained = read_config(run).train.refiner_iterations
+    trained = PoseRun.read(run).train.refiner_iterations
     now = Calibration(before.curves, iterations)
     if now.refined(trained) != before.refined(trained):
         now = replace(now, curves=())  # fitted to other poses
@@ -110,7 +110,7 @@ def helpful_iterations(run: Path, datasets: Sequence[Path], most_images: int = 1
     Returns:
         0 or the iterations of training; None where val holds fewer than ``LEAST_SAMPLES`` objects or one scene.
     """
-    trained = read_config(run).train.refiner_iterations
+    trained = PoseRun.read(run).train.refiner_iterations
     if trained == 0:
         return 0
     ways = (PredictConfig(selection="consensus", refine="none", refiner_iterations=count) for count in (0, trained))

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.interface import NetworkInput
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.learning.onnx_file import export_network
 
 OUTPUTS = ("rotations", "translations", "confidences", "rotation", "translation")
@@ -67,13 +67,13 @@ def export_onnx(run: Path, out: Path) -> float:
         MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
-    config = read_config(run)
-    network = PortableNetwork(load_network(run, config)).eval()
+    config = PoseRun.read(run)
+    network = PortableNetwork(config.load_network(run)).eval()
     examples = random_inputs(config, _TRACED), random_inputs(config, _CHECKED)
     return export_network(network, examples, OUTPUTS, _metadata(config), out, TOLERANCE)
 
 
-def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Tensor]:
+def random_inputs(config: PoseRun, batch: int, seed: int = 0) -> dict[str, Tensor]:
     """Return random inputs of a network by name, of the shapes and ranges that real ones have."""
     generator = torch.Generator().manual_seed(seed)
     network, side = config.network, config.network.side_px or 1
@@ -96,7 +96,7 @@ def random_inputs(config: RunConfig, batch: int, seed: int = 0) -> dict[str, Ten
     return inputs
 
 
-def _metadata(config: RunConfig) -> dict[str, str]:
+def _metadata(config: PoseRun) -> dict[str, str]:
     objects = [{"obj_id": item.obj_id, "name": item.name, "diameter": item.diameter} for item in config.objects]
     return {
         "estimator": config.estimator,

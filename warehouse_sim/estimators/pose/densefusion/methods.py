@@ -1,78 +1,44 @@
 """The methods of the family by name: their inputs, their widths at each size, how they are trained and calibrated."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Protocol, get_args
+from typing import ClassVar, Protocol, get_args
 
-from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageConfig, Reading
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointConfig
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.settings import Size, TrainConfig
-from warehouse_sim.learning.settings import LoopConfig, Progress
-
-if TYPE_CHECKING:
-    from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
-    from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream
+from warehouse_sim.learning.compute import count_weights
+from warehouse_sim.learning.settings import Progress
+from warehouse_sim.learning.trainable import TrainableNetwork
 
 
 class NetworkAtSize(Protocol):
     """Gives a method's network at a size."""
 
-    def __call__(self, size: Size, paper: bool = False) -> "DenseFusionConfig":
+    def __call__(self, size: Size, paper: bool = False) -> DenseFusionConfig:
         """Return the network's configuration; ``paper`` keeps the original's quirks."""
 
 
 @dataclass(frozen=True)
-class Method:
+class Method(TrainableNetwork):
     """A name, what it reads, and its network at each size."""
 
-    name: str
-    summary: str
-    """One line for people."""
-    inputs: str
-    """What it reads of an observation."""
-    network: NetworkAtSize
+    settings: TrainConfig = TrainConfig()  # noqa: RUF009  frozen
+    network: NetworkAtSize = field(kw_only=True)
     """The network's configuration at a size."""
+
+    job: ClassVar[str] = "warehouse_sim.estimators.pose.densefusion.training.train:PoseJob"
+    takes_streams: ClassVar[bool] = True
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights by size."""
-        from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-        from warehouse_sim.learning.compute import shapes_only
-
-        with shapes_only():
-            networks = {size: DenseFusion(self.network(size), classes) for size in get_args(Size)}
-        return {size: sum(item.numel() for item in network.parameters()) for size, network in networks.items()}
-
-
-@dataclass(frozen=True)
-class TrainableMethod(Method):
-    """A method with its training; what that needs is imported on use, since a list of names needs none of it."""
-
-    takes_streams: ClassVar[bool] = True
-    """Whether ``train`` takes observations that no file holds."""
-
-    def train(
-        self,
-        data: Sequence[Path],
-        run: Path,
-        config: LoopConfig,
-        resume: bool = False,
-        progress: Progress | None = None,
-        init: str | Path | None = None,
-        cache: Path | None = None,
-        open_stream: "OpenStream | None" = None,
-    ) -> Path:
-        """Train as ``warehouse_sim.estimators.train.train`` says; ``config`` must be a ``TrainConfig``."""
-        from warehouse_sim.estimators.pose.densefusion.training.train import train_method
-
-        if not isinstance(config, TrainConfig):
-            raise TrainingError(f"{self.name} is trained with a TrainConfig, found a {type(config).__name__}")
-        return train_method(self, data, run, config, resume, progress, init, cache, open_stream)
+        return count_weights({size: partial(DenseFusion, self.network(size), classes) for size in get_args(Size)})
 
     def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
         """Fit how confidence predicts the error, and say so when val shows too little for it."""
@@ -159,29 +125,32 @@ def _coordinates(size: Size, paper: bool = False) -> DenseFusionConfig:
     return replace(config, heads=replace(config.heads, shared=True, predicts="coordinates"))
 
 
-DENSEFUSION = TrainableMethod("densefusion", "pixel-wise fusion of colour and cloud", "RGB crop + point cloud", _fused)
-DENSEFUSION_EARLY = TrainableMethod(
-    "densefusion-early", "colour and depth joined before the first layer", "RGB + depth crop + point cloud", _early
+DENSEFUSION = Method("densefusion", "pixel-wise fusion of colour and cloud", "RGB crop + point cloud", network=_fused)
+DENSEFUSION_EARLY = Method(
+    "densefusion-early",
+    "colour and depth joined before the first layer",
+    "RGB + depth crop + point cloud",
+    network=_early,
 )
-DENSEFUSION_MIDDLE_1 = TrainableMethod(
+DENSEFUSION_MIDDLE_1 = Method(
     "densefusion-middle-1",
     "colour and depth fused by attention over the points, small embedding",
     "RGB crop + depth crop + point cloud",
-    _middle_1,
+    network=_middle_1,
 )
-DENSEFUSION_MIDDLE_2 = TrainableMethod(
+DENSEFUSION_MIDDLE_2 = Method(
     "densefusion-middle-2",
     "colour and depth fused by attention over the points, large embedding",
     "RGB crop + depth crop + point cloud",
-    _middle_2,
+    network=_middle_2,
 )
-DENSEFUSION_DEPTH = TrainableMethod(
-    "densefusion-depth", "the depth image in place of colour", "depth crop + point cloud", _depth
+DENSEFUSION_DEPTH = Method(
+    "densefusion-depth", "the depth image in place of colour", "depth crop + point cloud", network=_depth
 )
-DENSEFUSION_POINTCLOUD = TrainableMethod("densefusion-pointcloud", "the cloud alone", "point cloud", _cloud_only)
-OBJECT_COORDINATES = TrainableMethod(
+DENSEFUSION_POINTCLOUD = Method("densefusion-pointcloud", "the cloud alone", "point cloud", network=_cloud_only)
+OBJECT_COORDINATES = Method(
     "object-coordinates",
     "object coordinates at each point and a weighted least-squares pose",
     "RGB crop + point cloud",
-    _coordinates,
+    network=_coordinates,
 )

@@ -1,33 +1,18 @@
 """What defines a trained network of the family but its weights, as ``config.yaml`` of its run folder."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
-import yaml
-
-from warehouse_sim.config import load_yaml, to_mapping
-from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.learning.run_folder import CONFIG, WEIGHTS, DatasetSource, StartingWeights, read_kind, read_weights
-from warehouse_sim.output import write_bytes
-
-KIND = "densefusion"
-"""How run folders name this family."""
+from warehouse_sim.learning.run_folder import RunConfig
 
 
-@dataclass(frozen=True)
-class RunConfig:
+@dataclass(frozen=True, kw_only=True)
+class PoseRun(RunConfig):
     """Everything that defines a trained estimator but its weights."""
 
-    estimator: str
-    """Registered name."""
-    version: str
-    """Version of warehouse-sim that trained it."""
-    datasets: tuple[DatasetSource, ...]
-    """The training data."""
     objects: tuple[ObjectShape, ...]
     """Known objects, in the order of the network's classes."""
     network: DenseFusionConfig
@@ -36,41 +21,8 @@ class RunConfig:
     """How targets are cut out."""
     train: TrainConfig
     """How it was trained."""
-    started_from: StartingWeights | None = None
-    """Trained weights that it began with; none for fresh ones."""
-    kind: str = KIND
-    """Family of estimators that opens the run."""
+    kind: str = "densefusion"
 
-
-def write_config(run: Path, config: RunConfig) -> None:
-    """Write ``config.yaml``."""
-    text = yaml.safe_dump(to_mapping(config), sort_keys=False, default_flow_style=None, width=110)
-    write_bytes(run / CONFIG, text.encode(), durable=True)
-
-
-def read_config(run: Path) -> RunConfig:
-    """Read ``config.yaml`` of a run folder.
-
-    Raises:
-        TrainingError: The folder is no run folder, or one of another family.
-    """
-    if (kind := read_kind(run)) != KIND:
-        raise TrainingError(f"{run} is a run of the kind {kind}, not {KIND}; use it with the package that trained it")
-    try:
-        return load_yaml(RunConfig, run / CONFIG)
-    except ConfigError as problem:
-        raise TrainingError(f"{problem}; was the run made by another version of warehouse-sim?") from problem
-
-
-def load_network(run: Path, config: RunConfig) -> DenseFusion:
-    """Return the trained network of a run folder, ready for inference.
-
-    Raises:
-        TrainingError: The run has no weights yet, or they do not fit its configuration.
-    """
-    network = DenseFusion(config.network, len(config.objects))
-    try:
-        network.load_state_dict(read_weights(run))
-    except RuntimeError as problem:
-        raise TrainingError(f"{run / WEIGHTS} does not fit {CONFIG}: {' '.join(str(problem).split())}") from problem
-    return network.eval()
+    def make_network(self) -> DenseFusion:
+        """Return the network with fresh weights."""
+        return DenseFusion(self.network, len(self.objects))

@@ -16,11 +16,12 @@ from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import multiply_quat_wxyz
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
-from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.learning.compute import cpu_threads, place
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +74,10 @@ class Runner:
         threads: int | None = None,
         iterations: int | None = None,
     ) -> None:
-        self.config: RunConfig = read_config(run)
+        self.config = PoseRun.read(run)
         self.iterations = self.config.train.refiner_iterations if iterations is None else iterations
-        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
-        self._device = torch.device(chosen)
-        self._network = load_network(run, self.config).to(self._device)
-        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
-        self._threads = threads or (1 if small else None)
+        self._network: DenseFusion = self.config.load_network(run)
+        self._device, self._threads = place(self._network, device, threads)
 
     @torch.inference_mode()
     def propose(self, crops: Sequence[ObjectPoints]) -> NetworkProposals:

@@ -12,7 +12,7 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.keypoints.face_depth import moved_onto_face
 from warehouse_sim.estimators.pose.keypoints.pnp import FacePose, SeenPoints, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, detection_edges
-from warehouse_sim.estimators.segmenters.segnet.run_config import KnownFaces
+from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.schema import PoseEstimate
 
 _ERROR_PX = 4.0

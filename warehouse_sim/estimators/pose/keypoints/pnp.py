@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.segmenters.segnet.keypoints import POINTS
-from warehouse_sim.estimators.segmenters.segnet.run_config import KnownFaces
+from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 

@@ -13,10 +13,10 @@ from torch import Tensor
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
-from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
 from warehouse_sim.geometry.boxes import mask_box_xyxy
-from warehouse_sim.learning.compute import SMALL, cpu_threads
+from warehouse_sim.learning.compute import cpu_threads, place
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 _BOXES_AT_ONCE = 64
@@ -70,13 +70,9 @@ class TrainedSegmenter:
     """It outlines what boxes are about, and finds nothing by itself."""
 
     def __init__(self, run: Path, config: SegmentConfig = SegmentConfig()) -> None:
-        self.run_config: RunConfig = read_config(run)
-        self.config = config
-        chosen = ("cuda" if torch.cuda.is_available() else "cpu") if config.device == "auto" else config.device
-        self._device = torch.device(chosen)
-        self._network = load_network(run, self.run_config).to(self._device)
-        small = sum(parameter.numel() for parameter in self._network.parameters()) < SMALL
-        self._threads = config.threads or (1 if small else None)
+        self.run_config, self.config = SegmenterRun.read(run), config
+        self._network = self.run_config.load_network(run)
+        self._device, self._threads = place(self._network, config.device, config.threads)
 
     @property
     def reads_rgb(self) -> bool:

@@ -6,8 +6,7 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork
-from warehouse_sim.estimators.segmenters.segnet.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterRun
 from warehouse_sim.learning.onnx_file import Inputs, export_network
 
 TOLERANCE = 1e-3
@@ -38,14 +37,14 @@ def export_segmenter(run: Path, out: Path) -> float:
         MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
-    config = read_config(run)
-    network = PortableSegmenter(load_network(run, config)).eval()
+    config = SegmenterRun.read(run)
+    network = PortableSegmenter(config.load_network(run)).eval()
     outputs = ("mask", "points") if config.network.keypoints else ("mask",)
     examples = _random_inputs(config, 2), _random_inputs(config, 3)
     return export_network(network, examples, outputs, _metadata(config), out, TOLERANCE)
 
 
-def _random_inputs(config: RunConfig, batch: int) -> Inputs:
+def _random_inputs(config: SegmenterRun, batch: int) -> Inputs:
     generator = torch.Generator().manual_seed(0)
     width, height = config.crop.crop_wh
     inputs: Inputs = {"width_rad": 0.1 + 0.3 * torch.rand(batch, generator=generator)}
@@ -56,7 +55,7 @@ def _random_inputs(config: RunConfig, batch: int) -> Inputs:
     return inputs
 
 
-def _metadata(config: RunConfig) -> dict[str, str]:
+def _metadata(config: SegmenterRun) -> dict[str, str]:
     return {
         "segmenter": config.estimator,
         "crop_wh": json.dumps(config.crop.crop_wh),

@@ -9,6 +9,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from warehouse_sim.estimators.images.settings import Reading, Reads
+from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, SegmenterConfig
+from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import Range, ranged
 
 _FACTORS = (1, 2, 4, 4)
@@ -128,3 +130,35 @@ def relative(depth: Float[Tensor, "b h w"], width_rad: Float[Tensor, " b"]) -> F
     size = (width_rad * distance).clamp(0.05, 20.0).log()[:, None, None].expand_as(depth)
     channels = [(offset / _NEAR).clamp(-1, 1), (offset / _FAR).clamp(-1, 1), (depth > 0).to(depth.dtype), size]
     return torch.stack(channels, dim=1)
+
+
+@dataclass(frozen=True)
+class KnownFaces:
+    """An object whose key points are known: size and pockets say where they are."""
+
+    obj_id: int
+    name: str
+    class_name: str
+    points: tuple[tuple[float, ...], ...]
+    """Of each side with pockets, six points one after the other (m, object frame)."""
+    known: tuple[tuple[bool, ...], ...]
+    """Which of the six each side has."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmenterRun(RunConfig):
+    """Everything that defines a trained segmenter but its weights."""
+
+    objects: tuple[KnownFaces, ...]
+    """What was trained on and has pockets."""
+    crop: BoxCropConfig
+    """How boxes are cut out."""
+    network: SegmenterNetworkConfig
+    """Sizes of the network."""
+    train: SegmenterConfig
+    """How it was trained."""
+    kind: str = "segmenter"
+
+    def make_network(self) -> SegmenterNetwork:
+        """Return the network with fresh weights."""
+        return SegmenterNetwork(self.network)

@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +13,12 @@ from jaxtyping import Float
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError, TrainingError
-from warehouse_sim.estimators.images.settings import Reads
 from warehouse_sim.estimators.segmenters.segnet.keypoints import POINTS, face_points, pocket_faces, side_points
-from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetworkConfig
-from warehouse_sim.estimators.segmenters.segnet.run_config import KnownFaces, RunConfig
+from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, SegmenterConfig
 from warehouse_sim.estimators.segmenters.segnet.task import BoxRows
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.learning.run_folder import DatasetSource, package_version
 from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
 from warehouse_sim.learning.settings import Progress
 
@@ -91,35 +88,19 @@ _FORMAT = 1
 """To be raised when the arrays change."""
 
 
-@dataclass(frozen=True, eq=False)
-class Prepared:
-    """What a training runs on."""
-
-    rows: dict[str, BoxRows]
-    """By split, "train" and "val"."""
-    config: RunConfig
-    """The resolved configuration."""
-
-
 def prepare(
-    name: str,
-    reads: Reads,
-    keypoints: bool,
-    data: Sequence[Path],
+    readers: Sequence[DatasetReader],
+    crop: BoxCropConfig,
     config: SegmenterConfig,
     cache: Path | None,
     progress: Progress | None,
-) -> Prepared:
-    """Cut the boxes of all targets of train and val out of the images.
+) -> dict[str, BoxRows]:
+    """Cut the boxes of all targets of train and val out of the images, and return them by split.
 
     Raises:
-        DatasetError: A folder is no dataset that can be read, or lacks what is read.
+        DatasetError: A dataset lacks what is read.
         TrainingError: A split shows too little.
     """
-    if not data:
-        raise TrainingError("there is nothing to train on: name at least one dataset folder")
-    readers = [DatasetReader(folder) for folder in data]
-    crop = BoxCropConfig(reads, config.crop_wh)
     rows = dict[str, BoxRows]()
     for split in ("train", "val"):
         parts, chosen = list[Arrays](), list[np.ndarray]()
@@ -131,13 +112,15 @@ def prepare(
                 chosen.append(_wanted(arrays["facts"], reader, config))
         rows[split] = BoxRows(parts, chosen)
         if not len(rows[split]):
-            folders = ", ".join(map(str, data))
+            folders = ", ".join(str(reader.root) for reader in readers)
             raise TrainingError(f"{folders}: the split {split!r} shows no target well enough; generate more scenes")
-    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    return rows
+
+
+def known_faces(readers: Sequence[DatasetReader]) -> tuple[KnownFaces, ...]:
+    """Return the objects with pockets of some datasets, by number."""
     objects = {number: info for reader in readers for number, info in reader.objects.items()}
-    faces = tuple(_faces(info) for _, info in sorted(objects.items()) if info.pockets) if keypoints else ()
-    network = SegmenterNetworkConfig(reads, config.width, POINTS if keypoints else 0)
-    return Prepared(rows, RunConfig(name, package_version(), sources, faces, crop, network, config))
+    return tuple(_faces(info) for _, info in sorted(objects.items()) if info.pockets)
 
 
 def load_boxes(

@@ -1,10 +1,11 @@
-"""Settings of training a segmenter; free of torch, so that a command line can show them at once."""
+"""Settings of training a segmenter, and its names; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from warehouse_sim.estimators.images.settings import Reads
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 
@@ -81,3 +82,35 @@ class SegmenterConfig(LoopConfig):
     """How crops are disturbed."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
+
+
+@dataclass(frozen=True)
+class TrainableSegmenter(TrainableNetwork):
+    """A segmenter by what it reads."""
+
+    reads: Reads = ("depth",)
+    keypoints: bool = False
+    """Whether it finds key points of pallets' faces, too."""
+    settings: SegmenterConfig = SegmenterConfig()
+
+    job: ClassVar[str] = "warehouse_sim.estimators.segmenters.segnet.train:SegmenterJob"
+    opens: ClassVar[str] = "warehouse_sim.estimators.segmenters.segnet.estimator:TrainedSegmenter"
+
+    def parameters(self, classes: int = 1) -> dict[str, int]:
+        """Return the number of weights at the width that is the default."""
+        from warehouse_sim.estimators.segmenters.segnet.keypoints import POINTS
+        from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterNetworkConfig
+        from warehouse_sim.learning.compute import count_weights
+
+        config = SegmenterNetworkConfig(self.reads, self.settings.width, POINTS if self.keypoints else 0)
+        return count_weights({"nano": lambda: SegmenterNetwork(config)})
+
+
+_MASKS, _FACES = "outlines what boxes are about in", "outlines pallets and finds the corners and pockets of their faces"
+SEGMENTER_RGB = TrainableSegmenter("segmenter-rgb", f"{_MASKS} colour", "RGB", reads=("rgb",))
+SEGMENTER_DEPTH = TrainableSegmenter("segmenter-depth", f"{_MASKS} depth", "depth")
+SEGMENTER_RGBD = TrainableSegmenter(
+    "segmenter-rgbd", f"{_MASKS} colour and depth", "RGB + depth", reads=("rgb", "depth")
+)
+KEYPOINTS_RGB = TrainableSegmenter("keypoints-rgb", _FACES, "RGB", reads=("rgb",), keypoints=True)
+KEYPOINTS_RGBD = TrainableSegmenter("keypoints-rgbd", _FACES, "RGB + depth", reads=("rgb", "depth"), keypoints=True)

@@ -14,11 +14,12 @@ from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.preparation import prepare
-from warehouse_sim.estimators.pose.densefusion.training.train import train_network
+from warehouse_sim.estimators.pose.densefusion.training.train import task_and_order
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.clock import Clock
 from warehouse_sim.learning.compute import cpu_threads
+from warehouse_sim.learning.loop import fit
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.run_folder import write_weights
 
@@ -35,7 +36,7 @@ def fit_and_keep(worker: Worker, data: Path, folder: Path, config: TrainConfig) 
         torch.manual_seed(worker.rank)
         network = DenseFusion(prepared.config.network, len(prepared.config.objects))
         clock = Clock(config.max_steps, None if config.max_minutes is None else 60 * config.max_minutes)
-        train_network(prepared, network, clock, folder / "run", worker)
+        fit(*task_and_order(prepared, network), config, clock, folder / "run", worker)
     own = folder / str(worker.rank)
     own.mkdir(parents=True)
     write_weights(own, network)
@@ -81,6 +82,7 @@ def test_a_process_that_fails_is_told(tmp_path: Path) -> None:
 
 ORPHAN = """
 import time
+from warehouse_sim.learning.loop import fit
 from warehouse_sim.learning.parallel import start_workers
 def wait(place):
     time.sleep(600)

@@ -12,7 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.batch import sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz as matrices
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, read_config, write_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig, with_preset
 from warehouse_sim.estimators.pose.densefusion.training.start import (
     mean_quat_wxyz,
@@ -73,9 +73,8 @@ def run_of(method: str, folder: Path) -> tuple[Path, DenseFusion]:
     folder.mkdir()
     source = network(method, 3, 1)
     datasets = (DatasetSource("data", "0" * 64),)
-    write_config(
-        folder, RunConfig(method, "1", datasets, shapes(*NAMES), source.config, CropConfig(), TrainConfig())
-    )  # fmt: skip
+    made = {"objects": shapes(*NAMES), "network": source.config, "crop": CropConfig(), "train": TrainConfig()}
+    PoseRun(estimator=method, version="1", datasets=datasets, **made).write(folder)
     write_weights(folder, source)
     return folder, source
 
@@ -110,7 +109,7 @@ def test_another_size_is_rejected_with_what_would_fit(tmp_path: Path) -> None:
 def test_what_is_left_at_its_default_is_that_of_the_weights(tmp_path: Path) -> None:
     robust = with_preset(TrainConfig(loss=LossConfig(symmetry="shape")), "robust")
     run = made_run(tmp_path / "run", "densefusion-depth", preset="robust")
-    write_config(run, replace(read_config(run), train=robust))
+    replace(PoseRun.read(run), train=robust).write(run)
     found = settings_from(run, TrainConfig(batch=7))
     assert (found.batch, found.surroundings, found.upright) == (7, True, True)
     assert (found.augment, found.loss) == (robust.augment, robust.loss)
@@ -126,5 +125,5 @@ def test_robust_weights_are_gone_on_from_by_their_name_alone(toy_root: Path, tmp
     short = TrainConfig(max_minutes=None, max_steps=2, batch=2, validations=1, workers=1)
     for phase in ("joint", "refiner"):
         run = train("densefusion-pointcloud", toy_root, tmp_path / phase, replace(short, phase=phase), init=below)
-        config = read_config(run)
+        config = PoseRun.read(run)
         assert (config.train.surroundings, config.network.upright, config.train.phase) == (True, True, phase)

@@ -18,7 +18,7 @@ from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import Balance, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
     StreamedCrops,
@@ -140,7 +140,7 @@ def test_another_stream_teaches_something_else(toy_root: Path, tmp_path: Path, w
 
 
 def test_the_run_says_what_it_was_trained_on(whole: Path) -> None:
-    assert read_config(whole).train.stream == STREAM
+    assert PoseRun.read(whole).train.stream == STREAM
     assert "train: the stream of toy, seed 99" in (whole / "train.log").read_text()
 
 

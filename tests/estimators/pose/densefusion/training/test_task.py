@@ -14,7 +14,7 @@ from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
 from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask, rate_factor, refiner_alone
@@ -36,7 +36,7 @@ def moved(before: dict[str, torch.Tensor], after: dict[str, torch.Tensor]) -> se
 def test_a_phase_on_top_of_a_run_moves_the_refiner_alone(toy_root: Path, tmp_path: Path, finished: Path) -> None:
     run = train(POINTS, toy_root, tmp_path / "run", ON_TOP, init=finished)
     assert moved(weights(finished), weights(run)) == {"refiner"}
-    config = read_config(run)
+    config = PoseRun.read(run)
     assert (config.train.phase, config.started_from.name) == ("refiner", str(finished))
 
 

@@ -15,7 +15,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
-from warehouse_sim.estimators.pose.densefusion.run_config import read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training import task as pose_task
 from warehouse_sim.estimators.train import train
@@ -30,7 +30,7 @@ def finished(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_run_folder_is_complete_and_readable(finished: Path) -> None:
-    config = read_config(finished)
+    config = PoseRun.read(finished)
     assert config.estimator == "densefusion-pointcloud"
     assert config.train == SHORT
     assert [shape.name for shape in config.objects] == ["toy-pallet"]
@@ -57,7 +57,7 @@ def test_steps_may_see_fewer_points_than_prediction(
 
     monkeypatch.setattr(pose_task, "sample_batch", spied)
     run = train(POINTS, toy_root, tmp_path / "run", replace(SHORT, points=24))
-    assert seen == {True: {24}, False: {read_config(run).network.points.count}}
+    assert seen == {True: {24}, False: {PoseRun.read(run).network.points.count}}
 
 
 def read_events(folder: Path) -> dict[str, list[tuple[int, float]]]:
@@ -142,7 +142,7 @@ def test_the_run_folder_has_the_averaged_weights(toy_root: Path, tmp_path: Path,
 def test_several_datasets_are_trained_on_together(toy_root: Path, tmp_path: Path, finished: Path) -> None:
     cartons = renamed(toy_root, tmp_path / "cartons", 7, "toy-carton", "carton")
     run = train(POINTS, [toy_root, cartons], tmp_path / "run", SHORT)
-    config = read_config(run)
+    config = PoseRun.read(run)
     assert [shape.name for shape in config.objects] == ["toy-pallet", "toy-carton"]
     assert [source.name for source in config.datasets] == ["data", "cartons"]
     one, both = (json.loads((folder / "result.json").read_text()) for folder in (finished, run))
@@ -153,7 +153,7 @@ def test_several_datasets_are_trained_on_together(toy_root: Path, tmp_path: Path
 def test_training_begins_with_given_weights(toy_root: Path, tmp_path: Path, finished: Path) -> None:
     still = replace(SHORT, max_steps=1, validations=1, learning_rate=1e-9, weight_decay=0.0)
     run = train(POINTS, toy_root, tmp_path / "run", still, init=str(finished))
-    assert read_config(run).started_from.name == str(finished)
+    assert PoseRun.read(run).started_from.name == str(finished)
     for name, value in weights(finished).items():
         torch.testing.assert_close(weights(run)[name], value, msg=name)
     with pytest.raises(UnknownNameError, match="bundled name or a run folder"):
@@ -174,7 +174,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_with_the_same_weights(
     killed, whole = tmp_path / "killed", tmp_path / "whole"
     train(POINTS, toy_root, killed, SHORT, resume=True)
     train(POINTS, toy_root, whole, SHORT, init=finished)
-    assert read_config(killed) == read_config(whole)
+    assert PoseRun.read(killed) == PoseRun.read(whole)
     for name, value in weights(whole).items():
         torch.testing.assert_close(weights(killed)[name], value, msg=name)
 

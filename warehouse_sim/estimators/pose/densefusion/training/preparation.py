@@ -18,12 +18,13 @@ from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream, StreamedCrops
-from warehouse_sim.learning.run_folder import DatasetSource, package_version
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
+from warehouse_sim.learning.run_folder import dataset_sources, package_version
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.settings import Progress
+from warehouse_sim.learning.trainable import OpenStream
 
 _RIM_PX, _RIM_FRACTION = 6, 0.08
 """About twice what an outline is off, and as much as boxes are off of large objects."""
@@ -37,7 +38,7 @@ class Prepared:
     """By split, "train" and "val"; of a stream "val" alone."""
     classes: tuple[str, ...]
     """Class name of each of the run's objects."""
-    config: RunConfig
+    config: PoseRun
     """The resolved configuration."""
     streamed: StreamedCrops | None = None
     """What is trained on in place of "train", where it is made meanwhile."""
@@ -95,14 +96,21 @@ def prepare(
     surface = config.loss.nearest_points if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
-    sources = tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
     if streams and open_stream is None:
         raise TrainingError(f"nothing here opens the stream of {config.stream.recipe}: give train() one")
     return Prepared(
         streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams and open_stream else None,
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
         classes=tuple(objects[obj_id].class_name for obj_id in known),
-        config=RunConfig(method.name, package_version(), sources, shapes, network, crop, config),
+        config=PoseRun(
+            estimator=method.name,
+            version=package_version(),
+            datasets=dataset_sources(readers),
+            objects=shapes,
+            network=network,
+            crop=crop,
+            train=config,
+        ),
     )
 
 

@@ -1,6 +1,5 @@
 """What a training begins with: the mean pose of its data, or the weights of another run."""
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +12,11 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
-from warehouse_sim.estimators.pose.densefusion.run_config import RunConfig, load_network, read_config
+from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, quat_wxyz_from_matrix
 from warehouse_sim.learning.compute import shapes_only
+from warehouse_sim.learning.job import starting_weights
 from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights
 from warehouse_sim.resources import model_dir
 
@@ -81,10 +81,10 @@ def start_from(
         TrainingError: The run is incomplete, its network is another one, or it does not know an object that it must.
     """
     folder = model_dir(name_or_run)
-    old = read_config(folder)
+    old = PoseRun.read(folder)
     if old.network != network.config:
         raise TrainingError(_misfit(name_or_run, old, network.config))
-    source = load_network(folder, old).state_dict()
+    source = old.load_network(folder).state_dict()
     known = {shape.name: number for number, shape in enumerate(old.objects)}
     if all_known and (others := [shape.name for shape in shapes if shape.name not in known]):
         raise TrainingError(
@@ -100,7 +100,7 @@ def start_from(
                 continue
             for here, there in pairs:
                 target[here].copy_(source[name][there])
-    return StartingWeights(str(name_or_run), hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest())
+    return starting_weights(name_or_run, folder / WEIGHTS)
 
 
 def settings_from(name_or_run: str | Path, config: TrainConfig) -> TrainConfig:
@@ -114,7 +114,7 @@ def settings_from(name_or_run: str | Path, config: TrainConfig) -> TrainConfig:
         UnknownNameError: Neither a bundled name nor a folder.
         TrainingError: The run is incomplete.
     """
-    old, default = read_config(model_dir(name_or_run)).train, TrainConfig()
+    old, default = PoseRun.read(model_dir(name_or_run)).train, TrainConfig()
     taken = {name: getattr(old, name) for name in _TAKEN_OVER if getattr(config, name) == getattr(default, name)}
     return replace(config, **taken)
 
@@ -126,7 +126,7 @@ def per_object_tensors(config: DenseFusionConfig) -> set[str]:
     return {name for name in one if one[name].shape != two[name].shape}
 
 
-def _misfit(name_or_run: str | Path, old: RunConfig, network: DenseFusionConfig) -> str:
+def _misfit(name_or_run: str | Path, old: PoseRun, network: DenseFusionConfig) -> str:
     parts = [name for name in ("points", "heads", "refiner", "images", "fusion", "inliers", "upright")
              if getattr(old.network, name) != getattr(network, name)]  # fmt: skip
     kinds = ("paper", "surroundings", "upright")

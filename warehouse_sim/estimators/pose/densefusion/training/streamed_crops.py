@@ -1,6 +1,6 @@
 """Crops of observations that no file holds: cut when they come, drawn in balance, dropped when a window has passed."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import torch
@@ -24,6 +24,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import Balance
 from warehouse_sim.learning.samples.order import SampleOrder
 from warehouse_sim.learning.samples.stream_window import StreamWindow
 from warehouse_sim.learning.settings import StreamConfig
+from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.schema import Observation
 
 
@@ -52,8 +53,6 @@ def sampling_weights(
     return (weights / weights.mean()).float()
 
 
-OpenStream = Callable[[StreamConfig, int], Iterator[Observation]]
-"""Gives the observations of a stream from a number on."""
 _ROOM = 1 << 20
 """More crops than an image has: the crop at place p of observation n has the number n * _ROOM + p."""
 

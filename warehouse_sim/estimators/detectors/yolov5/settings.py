@@ -1,0 +1,74 @@
+"""Settings of training the package's own detector, and its names; free of torch, so that a command line is quick."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, ClassVar, Literal
+
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig
+from warehouse_sim.estimators.images.settings import Reads
+from warehouse_sim.learning.trainable import TrainableNetwork
+from warehouse_sim.ranges import Range, ranged
+
+DetectorSize = Literal["pico", "nano", "small"]
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectorLossConfig:
+    """Weights of what a detector minimises."""
+
+    box: Annotated[float, Range(0, 1000)] = 0.05
+    """Of 1 - CIoU, 0-1,000."""
+    objectness: Annotated[float, Range(0, 1000)] = 1.0
+    """Of telling cells with an object from others, 0-1,000."""
+    classes: Annotated[float, Range(0, 1000)] = 0.5
+    """Of telling classes apart, where there are several, 0-1,000."""
+
+
+@dataclass(frozen=True)
+@ranged
+class DetectorConfig(AnyDetectorConfig):
+    """How a detector of this package is trained."""
+
+    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
+    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
+    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
+    """Largest norm of the gradient, 0.000001-1,000,000."""
+    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
+    """Decoupled weight decay of AdamW, 0-10."""
+    precision: Literal["auto", "32", "bf16"] = "32"
+    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
+    size: DetectorSize = "nano"
+    """Widths of the network: nano and small are those of the original, pico is half of nano."""
+    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
+    """What is minimised."""
+
+
+@dataclass(frozen=True)
+class TrainableDetector(TrainableNetwork):
+    """A detector by what it reads."""
+
+    reads: Reads = ("depth",)
+    settings: DetectorConfig = DetectorConfig()
+
+    job: ClassVar[str] = "warehouse_sim.estimators.detectors.yolov5.train:DetectorJob"
+    opens: ClassVar[str] = "warehouse_sim.estimators.detectors.estimator:TrainedDetector"
+
+    def parameters(self, classes: int = 1) -> dict[str, int]:
+        """Return the number of weights by size."""
+        from warehouse_sim.estimators.detectors.yolov5.network import networks_by_size
+        from warehouse_sim.learning.compute import count_weights
+
+        return count_weights(networks_by_size(self.reads, classes))
+
+
+DETECTOR_RGB = TrainableDetector("detector-rgb", "finds objects in colour images", "RGB", reads=("rgb",))
+DETECTOR_DEPTH = TrainableDetector("detector-depth", "finds objects in depth images", "depth")
+DETECTOR_RGBD = TrainableDetector(
+    "detector-rgbd", "finds objects in colour and depth", "RGB + depth", reads=("rgb", "depth")
+)
+DETECTOR_LIDAR = TrainableDetector(
+    "detector-lidar",
+    "finds objects in depth images made of LiDAR sweeps",
+    "LiDAR",
+    DetectorConfig(depth_source="lidar"),
+)
