@@ -16,7 +16,7 @@ import tyro
 from benchmarks.front_ends.data import FOLDER, TEST_INDUSTRIAL
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.estimators.detections import open_front_end, taken_by
+from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.boxes import suppress
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.lidar.pointcloud import LidarChain
@@ -24,6 +24,7 @@ from warehouse_sim.estimators.lidar.projection import sparse_depth
 from warehouse_sim.estimators.lidar.resample import resample
 from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.segmenters.cluster import BoxClusters, detection_points
 from warehouse_sim.estimators.settings import PredictConfig

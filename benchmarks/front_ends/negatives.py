@@ -22,7 +22,7 @@ from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.catalog.traffic.shapes import assembled
 from warehouse_sim.dataset.objects import object_info
-from warehouse_sim.estimators.api import Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.settings import PredictConfig, Refinement
@@ -173,7 +173,7 @@ def opened(name: str, refine: Refinement) -> dict[str, PoseEstimator]:
 
 def _shown(estimator: PoseEstimator) -> PoseEstimator:
     """Show a pallet to an estimator that learns objects from a dataset; here there is none."""
-    if isinstance(estimator, Onboarding):
+    if estimator.learns_objects:
         model = catalog_object(_KIND)
         info = replace(object_info(model, Path()), read_mesh=lambda obj_id, even: model.mesh())
         estimator.onboard({info.obj_id: info})

@@ -28,6 +28,12 @@ class Points(NamedTuple):
     position: int
     obj_id: int
     points: np.ndarray
+    down: None = None
+    view: None = None
+
+    @property
+    def masked_points(self) -> np.ndarray:
+        return self.points
 
 
 def cloud_of(image: RgbdImage) -> list[Points]:
@@ -44,6 +50,9 @@ def cloud_of(image: RgbdImage) -> list[Points]:
 @dataclass(frozen=True)
 class Guesses:
     candidates: Candidates
+
+    def trusted(self, row: int, points: np.ndarray) -> np.ndarray:
+        return np.ones(len(points), dtype=bool)
 
 
 class NearGroundTruth:

@@ -12,16 +12,20 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import read_results
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators import composed as module
+from warehouse_sim.estimators.api import Detector, PoseEstimator, Segmenter
 from warehouse_sim.estimators.composed import Composed, WithFrontEnd
-from warehouse_sim.estimators.detections import Finder, taken_by
+from warehouse_sim.estimators.detections import Finder
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.matching import taken_by
+from warehouse_sim.estimators.own.estimator import NamedObject
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.schema import PoseEstimate
 
 
-class GroundTruthBoxes:
+class GroundTruthBoxes(Detector):
     """A detector that knows the ground truth, and counts how often it is asked."""
 
     def __init__(self, reader: DatasetReader) -> None:
@@ -38,10 +42,32 @@ class GroundTruthBoxes:
         ]
 
 
+class Always(Detector):
+    """Finds the same in every image."""
+
+    def __init__(self, found: Detection) -> None:
+        self.found = found
+
+    def detect(self, image: RgbdImage) -> list[Detection]:
+        return [self.found]
+
+
+class Knowing(PoseEstimator):
+    """Knows objects, and estimates nothing."""
+
+    objects = ()
+
+    def __init__(self, objects: list[NamedObject]) -> None:
+        self.objects = objects
+
+    def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
+        return []
+
+
 def test_images_without_detections_get_those_of_the_front_end(toy_root: Path) -> None:
     reader = DatasetReader(toy_root)
     detector = GroundTruthBoxes(reader)
-    estimator = WithFrontEnd(load_estimator("rectangle-fit"), [detector.detect])
+    estimator = WithFrontEnd(load_estimator("rectangle-fit"), [detector])
     estimator.onboard(reader.objects)
     alone = load_estimator("rectangle-fit")
     alone.onboard(reader.objects)
@@ -65,7 +91,7 @@ def test_prediction_leaves_finding_to_the_chain_unless_it_is_told(
     toy_root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     detector = GroundTruthBoxes(DatasetReader(toy_root))
-    monkeypatch.setattr(module, "open_stages", lambda names: [detector.detect])
+    monkeypatch.setattr(module, "open_stages", lambda names: [detector])
     monkeypatch.setattr(module, "CHAIN", Composed("detector-depth", "rectangle-fit"), raising=False)
     monkeypatch.setitem(ESTIMATORS._targets, "toy-chain", f"{module.__name__}:CHAIN")
     own = predict("toy-chain", toy_root, "train", PredictConfig())
@@ -83,7 +109,7 @@ def test_who_names_the_objects_of_a_hall_is_offered_no_others() -> None:
         SimpleNamespace(obj_id=number, name=name, class_name=name.rstrip("12"))
         for number, name in enumerate(("pallet1", "pallet2", "carton1"), start=1)
     ]
-    estimator = SimpleNamespace(objects=known)
+    estimator = Knowing(known)
     box = {"box_xyxy": (0.0, 0.0, 9.0, 9.0)}
     found = [
         Detection(class_name="pallet", **box),
@@ -109,16 +135,16 @@ def test_what_a_dataset_does_not_hold_is_not_tried(toy_root: Path, monkeypatch: 
     there = [(obj_id, info.name) for obj_id, info in reader.objects.items()]
     # A number of the dataset that stands for something else there is another object.
     strange = [(max(reader.objects) + 1, there[0][1]), (there[0][0], "another")]
-    known = [SimpleNamespace(obj_id=number, name=name) for number, name in (*strange, *there)]
+    known = [NamedObject(number, name) for number, name in (*strange, *there)]
     nameless = Detection(box_xyxy=(0.0, 0.0, 9.0, 9.0))
-    monkeypatch.setattr(Finder, "_opened", lambda self, reader=None: [lambda image: [nameless]])
+    monkeypatch.setattr(Finder, "_opened", lambda self, reader=None: [Always(nameless)])
     record = reader.images("train")[0]
     for limited, expected in (((), tuple(name for _, name in there)), (("another",), ("another",))):
-        estimator = SimpleNamespace(objects=known)
+        estimator = Knowing(known)
         found = Finder("detector-depth", objects=limited).find(estimator, reader, record)
         assert found is not None
         assert [item.may_be for item in found.detections] == [expected]
-        chain = WithFrontEnd(estimator, [lambda image: [nameless]], limited)
+        chain = WithFrontEnd(estimator, [Always(nameless)], limited)
         plain = replace(found, detections=())
         assert [item.may_be for item in chain._with_detections(plain).detections] == [limited]
         chain.onboard({})  # another dataset before this one
@@ -141,13 +167,13 @@ def test_a_chain_without_weights_says_which(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_segmenter_needs_boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    class Outliner:
+    class Outliner(Segmenter):
         needs_detections = True
 
         def segment(self, image: RgbdImage) -> list[Detection]:
             return []
 
-    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: Outliner().segment)
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: Outliner())
     with pytest.raises(InputError, match="name a detector before it"):
         Finder("segmenter-depth")
     Finder("gt-boxes+segmenter-depth")
@@ -158,7 +184,7 @@ def test_a_file_of_detections_takes_the_place_of_a_detector(
 ) -> None:
     reader = DatasetReader(toy_root)
     detector = GroundTruthBoxes(reader)
-    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector.detect)
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector)
     out = tmp_path / "found.json"
     words = ["detect", "any", "--data", str(toy_root), "--out", str(out), "--split", "train"]
     assert main([*words, "--labels", str(tmp_path / "labels"), "--height-px", "2"]) == 0
@@ -166,7 +192,7 @@ def test_a_file_of_detections_takes_the_place_of_a_detector(
     assert len(read_results(out, reader, "train")) > 0
     monkeypatch.undo()
     by_file = predict("rectangle-fit", toy_root, "train", PredictConfig(detections=str(out)))
-    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector.detect)
+    monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector)
     direct = predict("rectangle-fit", toy_root, "train", PredictConfig(detections="any"))
     assert len(by_file) == len(direct) > 0
     for a, b in zip(by_file, direct, strict=True):

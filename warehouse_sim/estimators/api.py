@@ -1,5 +1,6 @@
 """What a detector, a segmenter and a pose estimator are, and what each must say and do."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, runtime_checkable
@@ -8,6 +9,7 @@ if TYPE_CHECKING:
     from warehouse_sim.dataset.objects import ObjectInfo
     from warehouse_sim.estimators.image import Detection, RgbdImage
     from warehouse_sim.estimators.settings import PredictConfig
+    from warehouse_sim.geometry.mesh import TriangleMesh
     from warehouse_sim.learning.settings import LoopConfig, Progress
     from warehouse_sim.schema import PoseEstimate
 
@@ -36,18 +38,56 @@ class LeastVisible(NamedTuple):
         return target.visible_fraction >= self.fraction and target.pixels_visible >= self.pixels
 
 
-class Detector(Protocol):
+class FrontEnd(ABC):
+    """Finds objects in an image, or outlines those that were found; called with an image, it does so."""
+
+    @abstractmethod
+    def __call__(self, image: "RgbdImage", /) -> "Sequence[Detection]":
+        """Return the detections that the next stage works on."""
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour."""
+        return True
+
+    @property
+    def reads_sweep(self) -> bool:
+        """Whether it looks at sweeps as they are."""
+        return False
+
+    @property
+    def depth_source(self) -> DepthSource:
+        """Whose depth it was made for."""
+        return "camera"
+
+    @property
+    def needs_detections(self) -> bool:
+        """Whether it outlines what others found, and finds nothing by itself."""
+        return False
+
+
+class Detector(FrontEnd):
     """Finds objects in an image."""
 
+    @abstractmethod
     def detect(self, image: "RgbdImage") -> "Sequence[Detection]":
         """Return what is found, each with a mask or a box; the image's own detections are not looked at."""
 
+    def __call__(self, image: "RgbdImage", /) -> "Sequence[Detection]":
+        """Return what is found."""
+        return self.detect(image)
 
-class Segmenter(Protocol):
+
+class Segmenter(FrontEnd):
     """Outlines objects in an image: all that it finds, or where the image holds detections, those."""
 
+    @abstractmethod
     def segment(self, image: "RgbdImage") -> "Sequence[Detection]":
         """Return detections with masks."""
+
+    def __call__(self, image: "RgbdImage", /) -> "Sequence[Detection]":
+        """Return detections with masks."""
+        return self.segment(image)
 
 
 class KnownObject(Protocol):
@@ -61,37 +101,132 @@ class KnownObject(Protocol):
     def name(self) -> str:
         """Name of the geometry."""
 
+    @property
+    def class_name(self) -> str:
+        """Detection class of it; empty where nobody knows."""
 
-class PoseEstimator(Protocol):
-    """Estimates the poses of what was detected in an image.
 
-    Two more attributes are requested where there are such: ``reads_rgb``, False where colour is not needed, which then
-    is not read, and ``least_visible``, which of a dataset's targets it takes where the ground-truth masks are its
-    detections.
+class PoseEstimator(ABC):
+    """Estimates the poses of what was detected in an image; each property has a default.
+
+    What has another base class is adapted where it enters: ``own.estimator`` asks it for the same names.
     """
+
+    @abstractmethod
+    def estimate(self, image: "RgbdImage") -> "list[PoseEstimate]":
+        """Return at most one pose for each detection, in their order; ``PoseEstimate.detection`` says whose it is."""
+
+    def estimate_all(self, images: "Sequence[RgbdImage]") -> "list[PoseEstimate]":
+        """Return what ``estimate`` returns for each image, one after the other; networks take them at once."""
+        return [pose for image in images for pose in self.estimate(image)]
+
+    def onboard(self, objects: "Mapping[int, ObjectInfo]") -> None:  # noqa: B027  networks need none
+        """Take over what is to be known of a dataset's objects, by obj_id, before its first image (BOP: onboarding)."""
+
+    @property
+    def learns_objects(self) -> bool:
+        """Whether it is to be shown the CAD models of a dataset."""
+        return False
 
     @property
     def objects(self) -> Sequence[KnownObject] | None:
         """What it knows; None where it takes any object."""
+        return None
 
-    def estimate(self, image: "RgbdImage") -> "list[PoseEstimate]":
-        """Return at most one pose for each detection, in their order; ``PoseEstimate.detection`` says whose it is."""
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour, which else is not read."""
+        return True
+
+    @property
+    def reads_sweep(self) -> bool:
+        """Whether it looks at sweeps as they are."""
+        return False
+
+    @property
+    def finds_objects(self) -> bool:
+        """Whether its images need no detections."""
+        return False
+
+    @property
+    def depth_source(self) -> DepthSource | None:
+        """Whose depth it was made for; None where it does not matter."""
+        return None
+
+    @property
+    def least_visible(self) -> LeastVisible:
+        """Which of a dataset's targets it takes where the ground-truth masks are its detections."""
+        return LeastVisible()
+
+    @property
+    def surfaces(self) -> "Mapping[int, TriangleMesh]":
+        """CAD surfaces (m, object frame) by obj_id, as far as it keeps any."""
+        return {}
+
+    @property
+    def stages_used(self) -> "PredictConfig | None":
+        """The settings with the stages that it chose where none were given; None where it has no stages."""
+        return None
 
 
-@runtime_checkable
-class BatchedPoseEstimator(PoseEstimator, Protocol):
-    """Takes several images at once, which is faster for a network."""
+class WrappedEstimator(PoseEstimator):
+    """An estimator around another, which has what nobody says otherwise.
 
-    def estimate_all(self, images: "Sequence[RgbdImage]") -> "list[PoseEstimate]":
-        """Return what ``estimate`` returns for each image, one after the other."""
+    Args:
+        inner: The other.
+    """
 
-
-@runtime_checkable
-class Onboarding(Protocol):
-    """An estimator that is shown the CAD models of a dataset before its first image (BOP: onboarding)."""
+    def __init__(self, inner: PoseEstimator) -> None:
+        self.inner = inner
 
     def onboard(self, objects: "Mapping[int, ObjectInfo]") -> None:
-        """Take over what is to be known of the objects, by obj_id."""
+        """Show it the objects of a dataset."""
+        self.inner.onboard(objects)
+
+    @property
+    def learns_objects(self) -> bool:
+        """Whether it is to be shown the CAD models of a dataset."""
+        return self.inner.learns_objects
+
+    @property
+    def objects(self) -> Sequence[KnownObject] | None:
+        """What it knows; None where it takes any object."""
+        return self.inner.objects
+
+    @property
+    def reads_rgb(self) -> bool:
+        """Whether images need colour."""
+        return self.inner.reads_rgb
+
+    @property
+    def reads_sweep(self) -> bool:
+        """Whether it looks at sweeps as they are."""
+        return self.inner.reads_sweep
+
+    @property
+    def finds_objects(self) -> bool:
+        """Whether its images need no detections."""
+        return self.inner.finds_objects
+
+    @property
+    def depth_source(self) -> DepthSource | None:
+        """Whose depth it was made for."""
+        return self.inner.depth_source
+
+    @property
+    def least_visible(self) -> LeastVisible:
+        """Which of a dataset's targets it takes."""
+        return self.inner.least_visible
+
+    @property
+    def surfaces(self) -> "Mapping[int, TriangleMesh]":
+        """CAD surfaces (m, object frame) by obj_id."""
+        return self.inner.surfaces
+
+    @property
+    def stages_used(self) -> "PredictConfig | None":
+        """The settings with the stages that it chose."""
+        return self.inner.stages_used
 
 
 @runtime_checkable

@@ -6,20 +6,24 @@ detect | segment -> select points -> propose -> choose -> refine -> verify
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Bool, Float, Float32
 
-from warehouse_sim.estimators.api import KnownObject
+from warehouse_sim.estimators.api import KnownObject, PoseEstimator
+from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
 
+if TYPE_CHECKING:
+    from warehouse_sim.estimators.pose.fitting.verification import DepthView
+
 
 class ObjectPoints(Protocol):
-    """What is looked at of one detection; a stage may ask for more than these."""
+    """What is looked at of one detection; who derives from it has the defaults of what it does not say."""
 
     @property
     def position(self) -> int:
@@ -33,6 +37,21 @@ class ObjectPoints(Protocol):
     def points(self) -> Float32[np.ndarray, "p 3"]:
         """Its points in the camera frame (m), in random order."""
 
+    @property
+    def masked_points(self) -> Float32[np.ndarray, "q 3"]:
+        """Those of the points that its mask holds."""
+        return self.points
+
+    @property
+    def down(self) -> Direction | None:
+        """Gravity, a unit vector in the camera frame; None where nobody knows."""
+        return None
+
+    @property
+    def view(self) -> "DepthView | None":
+        """The image that it is cut out of, for what judges poses by it."""
+        return None
+
 
 class Proposals(Protocol):
     """Poses of b objects; the refiners of whoever proposed them may find more in it."""
@@ -41,9 +60,13 @@ class Proposals(Protocol):
     def candidates(self) -> Candidates:
         """The poses, one or many for each object."""
 
+    def trusted(self, row: int, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
+        """Return which points (camera frame, m) around an object are taken for the object's; all by default."""
+        return np.ones(len(points), dtype=bool)
+
 
 class FindDetections(Protocol):
-    """Detects, or outlines what was detected: ``Detector.detect`` and ``Segmenter.segment`` are such."""
+    """Detects, or outlines what was detected: any ``FrontEnd`` is such."""
 
     def __call__(self, image: RgbdImage, /) -> Sequence[Detection]:
         """Return the detections that the next stage works on."""
@@ -145,7 +168,7 @@ class Stages:
     whose pose is trusted most."""
 
 
-class Chain:
+class Chain(PoseEstimator):
     """Run the stages over all objects of some images at once.
 
     Args:
@@ -235,7 +258,7 @@ class Chain:
             T_camera_object,
             seconds,
             name=known.name if known else "",
-            class_name=getattr(known, "class_name", ""),
+            class_name=known.class_name if known else "",
             detection=item.position if detection.number is None else detection.number,
             predicted_error=verdict.predicted_error,
             error_bound=verdict.error_bound,

@@ -3,21 +3,22 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.api import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
-from warehouse_sim.estimators.detections import FindObjects, known_among, open_stages, taken_by
+from warehouse_sim.estimators.api import PoseEstimator, WrappedEstimator
+from warehouse_sim.estimators.chain import FindDetections
+from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.matching import known_among, taken_by
 from warehouse_sim.estimators.pose.keypoints.estimator import KeypointEstimator
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_dir, model_names
 from warehouse_sim.schema import PoseEstimate
 
 
-class WithFrontEnd:
+class WithFrontEnd(WrappedEstimator):
     """A pose estimator that finds the objects of an image itself, where the image brings no detections.
 
     Args:
@@ -28,28 +29,17 @@ class WithFrontEnd:
     """
 
     finds_objects = True
-    """Its images need no detections."""
     reads_rgb = True
 
-    def __init__(self, estimator: PoseEstimator, stages: Sequence[FindObjects], objects: Sequence[str] = ()) -> None:
-        self._estimator, self._stages = estimator, tuple(stages)
+    def __init__(self, estimator: PoseEstimator, stages: Sequence[FindDetections], objects: Sequence[str] = ()) -> None:
+        super().__init__(estimator)
+        self._stages = tuple(stages)
         self._given = self._names = tuple(objects)
-
-    def __getattr__(self, name: str) -> Any:
-        # What is requested of the estimator beyond the protocol (what it must see, whose depth) is the inner one's to
-        # say.
-        return getattr(self.__dict__["_estimator"], name)
-
-    @property
-    def objects(self) -> Sequence[KnownObject] | None:
-        """What it knows; None where it takes any object."""
-        return self._estimator.objects
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Take what is found for one of these objects, by obj_id, unless their names were given."""
-        if isinstance(self._estimator, Onboarding):
-            self._estimator.onboard(objects)
-        self._names = self._given or known_among(self._estimator, objects)
+        self.inner.onboard(objects)
+        self._names = self._given or known_among(self.inner, objects)
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return the poses of what the image brings, or of what is found in it; times count the finding."""
@@ -63,10 +53,7 @@ class WithFrontEnd:
             found.append(image if image.detections else self._with_detections(image))
             seconds[image.scene_id, image.image_id] = time.perf_counter() - started
         seen = [image for image in found if image.detections]
-        if isinstance(self._estimator, BatchedPoseEstimator):
-            poses = self._estimator.estimate_all(seen) if seen else []
-        else:
-            poses = [pose for image in seen for pose in self._estimator.estimate(image)]
+        poses = self.inner.estimate_all(seen) if seen else []
         return [
             replace(pose, time=pose.time + seconds[pose.scene_id, pose.image_id]) if pose.time >= 0 else pose
             for pose in poses
@@ -75,7 +62,7 @@ class WithFrontEnd:
     def _with_detections(self, image: RgbdImage) -> RgbdImage:
         for stage in self._stages:
             image = replace(image, detections=tuple(stage(image)))
-        return replace(image, detections=taken_by(self._estimator, image.detections, self._names))
+        return replace(image, detections=taken_by(self.inner, image.detections, self._names))
 
 
 @dataclass(frozen=True)

@@ -1,29 +1,27 @@
 """Where the detections of a dataset's images come from: its masks, files, or detectors and segmenters by name."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, is_label_folder, read_labels, read_results
 from warehouse_sim.errors import DatasetError, InputError, UnknownNameError
-from warehouse_sim.estimators.api import DepthSource, LeastVisible, PoseEstimator
+from warehouse_sim.estimators.api import DepthSource, Detector, FrontEnd, PoseEstimator
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.projection import with_lidar_depth
+from warehouse_sim.estimators.matching import known_among, taken_by
 from warehouse_sim.estimators.registries import DETECTORS, FRONT_ENDS, SEGMENTERS
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.learning.run_folder import read_kind
 
-FindObjects = Callable[[RgbdImage], Sequence[Detection]]
 
-
-def open_front_end(name_or_run: str | Path) -> FindObjects:
+def open_front_end(name_or_run: str | Path) -> FrontEnd:
     """Return what finds objects in an image, or outlines those that its detections name.
 
     Args:
@@ -36,22 +34,45 @@ def open_front_end(name_or_run: str | Path) -> FindObjects:
     """
     name = str(name_or_run)
     if name in DETECTORS.names():
-        return as_stage(DETECTORS.get(name)())
+        return adapted_front_end(DETECTORS.get(name)())
     if name in SEGMENTERS.names():
-        return as_stage(SEGMENTERS.get(name)())
+        return adapted_front_end(SEGMENTERS.get(name)())
     if not Path(name_or_run).is_dir():
         known = [*DETECTORS.names(), *SEGMENTERS.names()]
         raise UnknownNameError("detector or segmenter (or the run folder of one)", name, known)
     kind = read_kind(Path(name_or_run))
     if kind not in FRONT_ENDS.names():
         raise InputError(f"{name} holds a run of the kind {kind}, which finds no objects")
-    return as_stage(FRONT_ENDS.get(kind)(Path(name_or_run)))
+    return adapted_front_end(FRONT_ENDS.get(kind)(Path(name_or_run)))
 
 
-def as_stage(found: Any) -> FindObjects:
-    """Return what a detector or a segmenter does to an image."""
-    stage: FindObjects = found.segment if hasattr(found, "segment") else found.detect
-    return stage
+def adapted_front_end(found: Any) -> FrontEnd:
+    """Return a detector or segmenter of this package as it is, and any other with ``detect`` or ``segment`` as one."""
+    return found if isinstance(found, FrontEnd) else OwnFrontEnd(found)
+
+
+class OwnFrontEnd(FrontEnd):
+    """A user's own detector or segmenter.
+
+    Args:
+        inner: An object with ``segment(image)`` or ``detect(image)``, which may have the properties of a ``FrontEnd``.
+    """
+
+    reads_rgb: bool = True
+    reads_sweep: bool = False
+    depth_source: DepthSource = "camera"
+    needs_detections: bool = False
+
+    def __init__(self, inner: Any) -> None:
+        self._find: Callable[[RgbdImage], Sequence[Detection]] = (
+            inner.segment if hasattr(inner, "segment") else inner.detect
+        )
+        for name in ("reads_rgb", "reads_sweep", "depth_source", "needs_detections"):
+            setattr(self, name, getattr(inner, name, getattr(type(self), name)))
+
+    def __call__(self, image: RgbdImage, /) -> Sequence[Detection]:
+        """Return what it finds."""
+        return self._find(image)
 
 
 def found_object(item: Detection, image: RgbdImage) -> FoundObject:
@@ -73,7 +94,7 @@ def detection(item: FoundObject) -> Detection:
     return Detection(item.mask, item.model, item.score, box_xyxy=box, class_name=item.class_name)
 
 
-class StoredDetections:
+class StoredDetections(Detector):
     """What a file says of the images of a dataset; a stage like a detector.
 
     Args:
@@ -151,7 +172,7 @@ class Finder:
 
     def takes_gt(self, estimator: PoseEstimator) -> bool:
         """Return whether an estimator is given what the dataset's labels say."""
-        return self._gt is not None and not (self._is_auto and getattr(estimator, "finds_objects", False))
+        return self._gt is not None and not (self._is_auto and estimator.finds_objects)
 
     def find(self, estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord) -> RgbdImage | None:
         """Return an image with its detections; None where there are none, and the estimator finds none itself.
@@ -159,7 +180,7 @@ class Finder:
         Raises:
             DatasetError: The LiDAR's depth is requested, and the dataset holds no sweep of the image.
         """
-        finds = self._is_auto and getattr(estimator, "finds_objects", False)
+        finds = self._is_auto and estimator.finds_objects
         if self._gt is None or finds:
             given: RgbdImage | None = read_image(reader, image)
         else:
@@ -169,10 +190,10 @@ class Finder:
         if self._stages is None:
             self._stages = self._opened(reader)
         found = self._with_gravity(given)
-        source = self._depth or getattr(estimator, "depth_source", None) or stage_depth(self._stages)
+        source = self._depth or estimator.depth_source or (self._stages[0].depth_source if self._stages else "camera")
         started = time.perf_counter()
         found = with_depth_of(source, found, reader, image)
-        if getattr(estimator, "reads_sweep", False) or reads_sweep(self._stages):
+        if estimator.reads_sweep or any(stage.reads_sweep for stage in self._stages):
             found = with_sweep(found, reader, image)
         for stage in self._stages:
             found = replace(found, detections=tuple(stage(found)))
@@ -184,7 +205,7 @@ class Finder:
         taken = taken_by(estimator, numbered, self._objects or known_among(estimator, reader.objects))
         return replace(found, detections=taken) if taken else None
 
-    def _opened(self, reader: DatasetReader | None = None) -> list[FindObjects]:
+    def _opened(self, reader: DatasetReader | None = None) -> list[FrontEnd]:
         return open_stages("+".join(self._names), reader, self._gt is not None) if self._names else []
 
     def _with_gravity(self, image: RgbdImage) -> RgbdImage:
@@ -196,7 +217,7 @@ class Finder:
         return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
 
 
-def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool = False) -> list[FindObjects]:
+def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool = False) -> list[FrontEnd]:
     """Return what finds objects, one stage after the other.
 
     Args:
@@ -210,25 +231,13 @@ def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool 
         InputError: The first stage needs what another finds.
     """
     stages = [
-        StoredDetections(Path(name), reader).detect if reader and is_detections(name) else open_front_end(name)
+        StoredDetections(Path(name), reader) if reader and is_detections(name) else open_front_end(name)
         for name in names.split("+")
     ]
     first = names.split("+")[0]
-    if not after_gt and getattr(getattr(stages[0], "__self__", None), "needs_detections", False):
+    if not after_gt and stages[0].needs_detections:
         raise InputError(f"{first} outlines what boxes are about; name a detector before it, as detector-depth+{first}")
     return stages
-
-
-def stage_depth(stages: Sequence[FindObjects]) -> DepthSource:
-    """Return whose depth the first stage was made for."""
-    owner = getattr(stages[0], "__self__", None) if stages else None
-    made_for: DepthSource = getattr(owner, "depth_source", "camera")
-    return made_for
-
-
-def reads_sweep(stages: Sequence[FindObjects]) -> bool:
-    """Return whether a stage looks at sweeps as they are."""
-    return any(getattr(getattr(stage, "__self__", None), "reads_sweep", False) for stage in stages)
 
 
 def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:
@@ -274,14 +283,13 @@ def with_sweep(image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> 
 
 def _with_gt(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord, boxes: bool) -> RgbdImage | None:
     """Read an image with the masks, or boxes, of those targets that the estimator knows and that are seen, if any."""
-    least: LeastVisible = getattr(estimator, "least_visible", LeastVisible())
     known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}
     # What has no pose is of an object that nobody named: it is estimated as each that the estimator knows.
     named = [item for item in image.targets if known is None or not item.has_pose or item.obj_id in known]
-    targets = [item for item in named if least.takes(item)]
+    targets = [item for item in named if estimator.least_visible.takes(item)]
     if not targets:
         return None
-    reads_rgb = getattr(estimator, "reads_rgb", True)
+    reads_rgb = estimator.reads_rgb
     if not boxes:
         return RgbdImage.from_dataset(reader, image, targets, rgb=reads_rgb)
     found = (
@@ -289,54 +297,6 @@ def _with_gt(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord
         for item in targets
     )
     return replace(RgbdImage.from_dataset(reader, image, (), rgb=reads_rgb), detections=tuple(found))
-
-
-def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
-    """Return whether an estimator may know what was detected."""
-    if estimator.objects is None:
-        return True
-    if detection.model is None:
-        classes = {getattr(shape, "class_name", "") for shape in estimator.objects}
-        return detection.class_name in ("", *classes) or classes == {""}
-    return any(detection.model in (shape.obj_id, shape.name) for shape in estimator.objects)
-
-
-def known_among(estimator: PoseEstimator, objects: Mapping[int, ObjectInfo]) -> tuple[str, ...]:
-    """Return the names of those objects, by obj_id, that an estimator knows by the same number and name."""
-    return tuple(
-        shape.name
-        for shape in estimator.objects or ()
-        if shape.obj_id in objects and objects[shape.obj_id].name == shape.name
-    )
-
-
-def taken_by(
-    estimator: PoseEstimator, found: Sequence[Detection], objects: Sequence[str] = ()
-) -> tuple[Detection, ...]:
-    """Return the detections of what an estimator knows; those of no model may be one of ``objects``.
-
-    Args:
-        estimator: Who takes them.
-        found: What was detected.
-        objects: Names of the objects that there are; without any, all of a detection's class that are known.
-
-    Raises:
-        InputError: The estimator does not know one of the names.
-    """
-    known = tuple(item for item in found if is_known(estimator, item))
-    if not objects or estimator.objects is None:
-        return known
-    names = {shape.name: getattr(shape, "class_name", "") for shape in estimator.objects}
-    if strange := [name for name in objects if name not in names]:
-        raise InputError(f"--objects: the estimator does not know {strange[0]!r}; it knows: {', '.join(sorted(names))}")
-    limited = list[Detection]()
-    for item in known:
-        alike = tuple(name for name in objects if item.class_name in ("", names[name]))
-        if item.model is not None or item.may_be:
-            limited.append(item)
-        elif alike:
-            limited.append(replace(item, may_be=alike))
-    return tuple(limited)
 
 
 def _numbered(detection: Detection, position: int) -> Detection:

@@ -67,9 +67,8 @@ def _of_folder(name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
         raise InputError("--time-of-flight changes ICP and verification only: choose --refine icp or verify")
     if config.icp != IcpConfig() and config.refine == "none":
         raise InputError("--icp changes ICP and verification only: choose --refine icp or verify")
-    estimator: PoseEstimator = FAMILIES.get(kind)(folder, config)
-    used = getattr(estimator, "config", None)
-    return _with_uncertainty(estimator, name, folder, used if isinstance(used, PredictConfig) else config.with_stages())
+    estimator = own_estimator(FAMILIES.get(kind)(folder, config), name)
+    return _with_uncertainty(estimator, name, folder, estimator.stages_used or config.with_stages())
 
 
 def _own(estimator: PoseEstimator, config: PredictConfig) -> PoseEstimator:

@@ -61,8 +61,7 @@ def write_pictures(
 
 def known_sizes(estimator: PoseEstimator, reader: DatasetReader) -> dict[int, Float[np.ndarray, " 3"]]:
     """Return the edge lengths (m) of objects by number: those of the dataset, and what an estimator has surfaces of."""
-    surfaces = getattr(estimator, "surfaces", None) or {}
-    found = {obj_id: np.ptp(mesh.vertices, axis=0) for obj_id, mesh in surfaces.items()}
+    found = {obj_id: np.ptp(mesh.vertices, axis=0) for obj_id, mesh in estimator.surfaces.items()}
     return found | {obj_id: info.size for obj_id, info in reader.objects.items() if np.all(info.size > 0)}
 
 

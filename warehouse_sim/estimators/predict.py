@@ -9,15 +9,13 @@ from pathlib import Path
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject
 from warehouse_sim.errors import DatasetError, InputError, TrainingError
-from warehouse_sim.estimators.api import BatchedPoseEstimator, Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.detections import (
     GT,
     Finder,
     found_object,
     open_stages,
     read_image,
-    reads_sweep,
-    stage_depth,
     with_depth_of,
     with_sweep,
 )
@@ -85,8 +83,7 @@ def predict(
             f"{' and '.join(there) or 'no split'} {'has' if len(there) < 2 else 'have'} some: "
             "choose another --split, or --split all"
         )
-    if isinstance(estimator, Onboarding):
-        estimator.onboard(reader.objects)
+    estimator.onboard(reader.objects)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.
     if reader.manifest is not None or finder.takes_gt(estimator):
         require_known(estimator, reader, images)
@@ -145,10 +142,7 @@ def _estimate(
         if image := finder.find(estimator, reader, record):
             found.append(image)
             seconds[image.scene_id, image.image_id] = finder.seconds
-    if isinstance(estimator, BatchedPoseEstimator):
-        estimates = estimator.estimate_all(found)
-    else:
-        estimates = [estimate for image in found for estimate in estimator.estimate(image)]
+    estimates = estimator.estimate_all(found)
     return [
         replace(item, time=item.time + seconds[item.scene_id, item.image_id]) if item.time >= 0 else item
         for item in estimates
@@ -180,8 +174,8 @@ def detect(
     for number, record in enumerate(images):
         image = read_image(reader, record)
         started = time.perf_counter()
-        image = with_depth_of(stage_depth(stages), image, reader, record)
-        image = with_sweep(image, reader, record) if reads_sweep(stages) else image
+        image = with_depth_of(stages[0].depth_source, image, reader, record)
+        image = with_sweep(image, reader, record) if any(stage.reads_sweep for stage in stages) else image
         for stage in stages:
             image = replace(image, detections=tuple(stage(image)))
         seconds.append(time.perf_counter() - started)

@@ -8,7 +8,7 @@ import numpy as np
 from warehouse_sim.benchmark.disturbances.by_name import UNNAMED, disturbance
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.api import BatchedPoseEstimator, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.detections import Finder
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.predict import require_known
@@ -57,9 +57,7 @@ def answers(
 
 
 def _estimated(estimator: PoseEstimator, images: list[RgbdImage]) -> list[PoseEstimate]:
-    if isinstance(estimator, BatchedPoseEstimator):
-        return estimator.estimate_all(images) if images else []
-    return [estimate for image in images for estimate in estimator.estimate(image)]
+    return estimator.estimate_all(images) if images else []
 
 
 def _with_time(item: PoseEstimate, seconds: dict[tuple[int, int], float]) -> PoseEstimate:

@@ -13,7 +13,7 @@ from typing import get_args
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators.api import Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.registries import ESTIMATORS
@@ -63,8 +63,7 @@ class Way:
     def open(self, objects: Mapping[int, ObjectInfo], uncertainty: bool = True) -> PoseEstimator:
         """Return the estimator, shown the objects of a dataset where it learns them that way."""
         estimator = load_estimator(self.model, replace(self.config, uncertainty=uncertainty))
-        if isinstance(estimator, Onboarding):
-            estimator.onboard(objects)
+        estimator.onboard(objects)
         return estimator
 
 

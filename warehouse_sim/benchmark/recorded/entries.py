@@ -69,7 +69,7 @@ def estimated(
         pixels = image.detections[0].pixels(*image.depth.shape) & (image.depth > 0)
         points = image.camera.unproject(image.depth)[pixels].astype(float)
         return dock_of(points, image.gravity, np.random.default_rng(0)), None
-    if getattr(estimator, "reads_rgb", True):
+    if estimator.reads_rgb:
         image = replace(image, rgb=decode_any_rgb(color))
     found = estimator.estimate(image)
     return answer_of(found[0], objects) if found else None

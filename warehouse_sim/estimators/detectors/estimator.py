@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import torch
 
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import Detector
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, suppress
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.image import Detection, RgbdImage
@@ -34,7 +35,7 @@ class DetectConfig:
     """Processor threads of the network, 1-1,024; by default torch's own number, one for the smallest."""
 
 
-class TrainedDetector:
+class TrainedDetector(Detector):
     """The detector of a run folder.
 
     Args:

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.errors import InputError, TrainingError
-from warehouse_sim.estimators.api import KnownObject, PoseEstimator
+from warehouse_sim.estimators.api import KnownObject, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.chain import Chain
 from warehouse_sim.estimators.composed import WithFrontEnd
-from warehouse_sim.estimators.detections import AUTO, taken_by
+from warehouse_sim.estimators.detections import AUTO
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import chosen_points, cluster
 from warehouse_sim.estimators.lidar.projection import sparse_depth
@@ -26,6 +26,7 @@ from warehouse_sim.estimators.lidar.sweep.found import SweepDetection
 from warehouse_sim.estimators.lidar.sweep.rows import floor_in
 from warehouse_sim.estimators.lidar.sweep.view import ObjectView, facing_points, object_view
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.settings import PredictConfig
@@ -67,7 +68,7 @@ class ViewChain(Chain):
         )
 
 
-class SweepPoses:
+class SweepPoses(PoseEstimator):
     """Poses of what was detected in sweeps: each object's points, in a frame that faces it, for a network.
 
     Args:
@@ -80,7 +81,11 @@ class SweepPoses:
 
     def __init__(self, network: Estimator, resampling: Resampling = "kmeans") -> None:
         self._chain, self._network = ViewChain(network, resampling), network
-        self.least_visible = network.least_visible
+
+    @property
+    def least_visible(self) -> LeastVisible:
+        """Which of a dataset's targets it takes."""
+        return self._network.least_visible
 
     @property
     def objects(self) -> Sequence[KnownObject] | None:
@@ -139,7 +144,7 @@ class LidarDirect(WithFrontEnd):
     reads_rgb = False
 
     def __init__(self, poses: SweepPoses, detector: TrainedSweepDetector, objects: Sequence[str] = ()) -> None:
-        super().__init__(poses, [detector.detect], objects)
+        super().__init__(poses, [detector], objects)
         self._poses, self._detector = poses, detector
 
     def around(self, points: Float[np.ndarray, "n 3"]) -> list[PoseEstimate]:

@@ -5,12 +5,11 @@ The chain of Coimbra (2023); where images bring boxes or masks these are taken, 
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.api import DepthSource, PoseEstimator
+from warehouse_sim.estimators.api import DepthSource, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.chain import Chain, FindDetections, ObjectPoints
 from warehouse_sim.estimators.composed import WithFrontEnd
 from warehouse_sim.estimators.detections import open_stages
@@ -40,9 +39,13 @@ class LidarChain(Chain):
         self, network: Estimator, front: Sequence[FindDetections] = (), resampling: Resampling = "kmeans"
     ) -> None:
         self._network, self._resampling = network, resampling
-        detect = (*front, BoxClusters().segment)
+        detect = (*front, BoxClusters())
         super().__init__(replace(network.stages, detect=detect, select=self._select), network.objects)
-        self.least_visible = network.least_visible
+
+    @property
+    def least_visible(self) -> LeastVisible:
+        """Which of a dataset's targets it takes."""
+        return self._network.least_visible
 
     def _select(self, image: RgbdImage) -> list[ObjectPoints]:
         return [self._resampled(image, crop) for crop in self._network.cut(image)]
@@ -90,7 +93,7 @@ class LidarMethod:
             raise InputError("no uncertainty was fitted for what LiDAR chains estimate; leave --reject out")
         if not isinstance(network, Estimator) or network.crop.side_px is not None:
             raise InputError(f"{self.estimator} reads an image; a LiDAR alone has none")
-        chain = cast(PoseEstimator, LidarChain(network, (), self._resampling))
+        chain = LidarChain(network, (), self._resampling)
         if self.front_end not in model_names():
             return chain
         return WithFrontEnd(chain, open_stages(self.front_end), config.objects)

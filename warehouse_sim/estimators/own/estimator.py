@@ -6,13 +6,15 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.results.pose_csv import require_estimates
 from warehouse_sim.errors import EstimatorError, InputError, shown
-from warehouse_sim.estimators.api import KnownObject, LeastVisible, PoseEstimator
+from warehouse_sim.estimators.api import DepthSource, KnownObject, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import PoseEstimate
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
@@ -43,19 +45,20 @@ def _is_in(filename: str, folder: Path) -> bool:
     return filename.startswith("<frozen") or Path(filename).resolve().is_relative_to(folder.resolve())
 
 
-_OPTIONAL: Mapping[str, Any] = {
-    "reads_rgb": True,
-    "reads_sweep": False,
-    "finds_objects": False,
-    "depth_source": None,
-    "least_visible": LeastVisible(),
-    "surfaces": None,
-}
-"""Attributes that an estimator may have, and what holds where it has none."""
+_OPTIONAL = ("reads_rgb", "reads_sweep", "finds_objects", "depth_source", "least_visible", "surfaces")
+"""Attributes that an estimator may have; those of ``OwnEstimator`` hold where it has none."""
 _PACKAGE = __name__.partition(".")[0]
 
 
-class OwnEstimator:
+class NamedObject(NamedTuple):
+    """An object that a user's estimator knows."""
+
+    obj_id: int
+    name: str
+    class_name: str = ""
+
+
+class OwnEstimator(PoseEstimator):
     """Calls a user's estimator, and says which image it was called with when it fails.
 
     Args:
@@ -63,12 +66,20 @@ class OwnEstimator:
         inner: An object with ``estimate(image)``, or a function that takes an image.
     """
 
+    learns_objects = True
+    reads_rgb: bool = True
+    reads_sweep: bool = False
+    finds_objects: bool = False
+    depth_source: DepthSource | None = None
+    least_visible: LeastVisible = LeastVisible()
+    surfaces: Mapping[int, TriangleMesh] = MappingProxyType({})
+
     def __init__(self, name: str, inner: Any) -> None:
         self.__name__, self._inner = name, inner
         self._estimate: Callable[[RgbdImage], Any] = getattr(inner, "estimate", inner)
         _require_one_argument(name, self._estimate)
-        for attribute, default in _OPTIONAL.items():
-            setattr(self, attribute, getattr(inner, attribute, default))
+        for attribute in _OPTIONAL:
+            setattr(self, attribute, getattr(inner, attribute, getattr(type(self), attribute)))
 
     @property
     def objects(self) -> Sequence[KnownObject] | None:
@@ -85,7 +96,7 @@ class OwnEstimator:
                 f"estimator {self.__name__}: objects must be None or a list of objects with obj_id and name, "
                 f"found {shown(known)}"
             )
-        return known
+        return [NamedObject(item.obj_id, item.name, getattr(item, "class_name", "")) for item in known]
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Show it the objects of a dataset, by obj_id, if it takes them."""
@@ -129,9 +140,8 @@ def own_estimator(estimator: Any, name: str | None = None) -> PoseEstimator:
     called = name or str(getattr(estimator, "__qualname__", type(estimator).__qualname__))
     if isinstance(estimator, type):
         estimator = _made(called, estimator)
-    if type(estimator).__module__.partition(".")[0] == _PACKAGE and hasattr(estimator, "estimate"):
-        of_this_package: PoseEstimator = estimator
-        return of_this_package
+    if isinstance(estimator, PoseEstimator):
+        return estimator
     if callable(getattr(estimator, "estimate", None)) or callable(estimator):
         return OwnEstimator(called, estimator)
     raise InputError(

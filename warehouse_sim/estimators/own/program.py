@@ -23,6 +23,7 @@ from warehouse_sim.dataset.files.image_io import encode_depth, encode_mask, enco
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.results.pose_csv import estimate_fault
 from warehouse_sim.errors import InputError, shown
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.schema import PoseEstimate
 
@@ -34,7 +35,7 @@ _PR_SET_PDEATHSIG = 1
 _MOST_CHARACTERS = 100_000
 
 
-class ProgramEstimator:
+class ProgramEstimator(PoseEstimator):
     """Starts a program once and asks it image by image; docs/estimators.md states the lines.
 
     Args:
@@ -45,8 +46,7 @@ class ProgramEstimator:
         InputError: It cannot be started.
     """
 
-    objects = None
-    """It may know any object."""
+    learns_objects = True
 
     def __init__(self, command: str, timeout: float = 60.0) -> None:
         words = _split(command)

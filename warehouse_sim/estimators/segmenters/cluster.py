@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from warehouse_sim.estimators.api import Segmenter
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.lidar.clusters import ClusterConfig, chosen_points, cluster
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -57,7 +58,7 @@ class BoxClusterConfig:
     """by this fraction of the range more, 0-1."""
 
 
-class BoxClusters:
+class BoxClusters(Segmenter):
     """Give each detection the mask of the cluster that is chosen of its points.
 
     Args:

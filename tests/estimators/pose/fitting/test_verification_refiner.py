@@ -22,6 +22,10 @@ from warehouse_sim.geometry.pose import (
 )
 
 
+def all_of(row, points):
+    return np.ones(len(points), dtype=bool)
+
+
 def refined(T_wrong: np.ndarray, gravity: bool = True, view: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Return the refined pose and the true one, of a network that proposes ``T_wrong`` in the object's frame."""
     image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
@@ -106,15 +110,15 @@ def test_the_image_says_which_object_a_detection_is() -> None:
     # The network is surest of a wrong one.
     candidates = Candidates(quat, np.tile(gt[:3, 3], (3, 1, 1)), np.array([[0.99], [0.2], [0.5]]))
     refiner = VerificationRefiner(meshes, dict.fromkeys(sizes, HALF_TURN), FitConfig(), 0)
-    T = refiner(np.stack([gt] * 3), items, SimpleNamespace(candidates=candidates))
-    worth = refiner.prefer(T, items, SimpleNamespace(candidates=candidates))
+    T = refiner(np.stack([gt] * 3), items, SimpleNamespace(candidates=candidates, trusted=all_of))
+    worth = refiner.prefer(T, items, SimpleNamespace(candidates=candidates, trusted=all_of))
     assert worth.argmax() == 1
     assert worth[2] < worth[1] - 0.2
 
 
 def test_without_an_image_the_network_says_which_object_it_is() -> None:
-    items = [SimpleNamespace(position=0, obj_id=3, points=np.zeros((1, 3)))] * 2
+    items = [SimpleNamespace(position=0, obj_id=3, points=np.zeros((1, 3)), view=None)] * 2
     candidates = Candidates(np.tile([1.0, 0, 0, 0], (2, 3, 1)), np.zeros((2, 3, 3)), np.array([[0.1, 0.3, 0.2]] * 2))
     refiner = VerificationRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
-    worth = refiner.prefer(np.stack([np.eye(4)] * 2), items, SimpleNamespace(candidates=candidates))
+    worth = refiner.prefer(np.stack([np.eye(4)] * 2), items, SimpleNamespace(candidates=candidates, trusted=all_of))
     np.testing.assert_array_equal(worth, [0.3, 0.3])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import (
@@ -68,9 +69,7 @@ def test_a_feature_that_is_not_there_is_told():
         MODEL.score.value({})
 
 
-class Guess:
-    objects = None
-
+class Guess(PoseEstimator):
     def estimate(self, image):
         return [PoseEstimate(0, 0, 1, 0.8, np.eye(4), detection=0)]
 

@@ -8,10 +8,10 @@ from jaxtyping import Float
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
 from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
-from warehouse_sim.estimators.api import PoseEstimator
-from warehouse_sim.estimators.detections import FindObjects, taken_by
+from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
@@ -70,7 +70,7 @@ class Seen:
     estimator: PoseEstimator
     pallet: ObjectInstance
     model: ObjectModel
-    front_end: Sequence[FindObjects]
+    front_end: Sequence[FrontEnd]
     told: Float[np.ndarray, " 3"]
     number: int
     least_score: float

@@ -20,8 +20,8 @@ from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.errors import PlacementError
-from warehouse_sim.estimators.api import PoseEstimator
-from warehouse_sim.estimators.detections import FindObjects, open_stages
+from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
+from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
@@ -150,7 +150,7 @@ class Runner:
         }
 
     @cached_property
-    def _front_end(self) -> list[FindObjects]:
+    def _front_end(self) -> list[FrontEnd]:
         return [] if self.masks == GT_MASKS else open_stages(self.masks)
 
     _sampled_of: tuple[int, SampledScene, list[Start]] | None = None

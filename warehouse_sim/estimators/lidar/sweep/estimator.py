@@ -8,6 +8,7 @@ import torch
 from jaxtyping import Bool, Float
 
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import Detector
 from warehouse_sim.estimators.detectors.boxes import suppress
 from warehouse_sim.estimators.detectors.estimator import DetectConfig
 from warehouse_sim.estimators.image import RgbdImage, SweepView
@@ -29,7 +30,7 @@ UPWARDS = np.array([0.0, 0.0, 1.0])
 """Against gravity, where no floor says better: a LiDAR's z axis is taken for vertical, as KITTI's readers do."""
 
 
-class TrainedSweepDetector:
+class TrainedSweepDetector(Detector):
     """The detector of a run folder.
 
     Args:

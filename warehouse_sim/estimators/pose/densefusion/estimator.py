@@ -92,6 +92,11 @@ class Estimator(Chain):
         """Whether images need colour."""
         return self._runner.config.network.reads_rgb
 
+    @property
+    def stages_used(self) -> PredictConfig:
+        """The settings with the stages that it chose."""
+        return self.config
+
     def cut(self, image: RgbdImage) -> list[Crop]:
         """Return the crops of the detections that show enough; one of an unknown model as each object.
 

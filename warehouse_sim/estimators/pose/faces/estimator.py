@@ -11,6 +11,7 @@ from scipy.special import erf
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.gravity import Direction, down_from_floor, upright_frame
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.faces.answer import describe, without_walls
@@ -103,7 +104,7 @@ class _Found:
     info: ObjectInfo | None
 
 
-class FaceEstimator:
+class FaceEstimator(PoseEstimator):
     """Fits a parametric face to the depth of each detection.
 
     Args:
@@ -111,8 +112,8 @@ class FaceEstimator:
         seed: Decides which points are used.
     """
 
-    objects = None
     reads_rgb = False
+    learns_objects = True
 
     def __init__(self, config: FaceConfig = FaceConfig(), seed: int = 0) -> None:
         self.config, self._seed = config, seed

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
@@ -20,7 +21,7 @@ _SURFACE_SAMPLES = 20_000
 _NOBODY_PROPOSES = np.empty((0, 4, 4))
 
 
-class PoseFit:
+class PoseFit(PoseEstimator):
     """Fits CAD models to the depth of each detection; nothing is trained.
 
     Args:
@@ -28,8 +29,8 @@ class PoseFit:
         seed: Decides which points are used.
     """
 
-    objects = None
     reads_rgb = False
+    learns_objects = True
 
     def __init__(self, config: FitConfig = FitConfig(), seed: int = 0) -> None:  # noqa: B008  frozen
         self.config, self._seed = config, seed

@@ -17,10 +17,9 @@ LEAST_POINTS = 32
 def own_of(proposals: Proposals, row: int, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
     """Return which points (camera frame, m) of object ``row`` to look at.
 
-    Masks may hold other things, boxes always do. Proposals that tell say so by ``trusted``, see ``NetworkProposals``.
+    Masks may hold other things, boxes always do. Proposals say so by ``trusted``.
     """
-    trusted = getattr(proposals, "trusted", None)
-    own: Bool[np.ndarray, " p"] = np.ones(len(points), dtype=bool) if trusted is None else trusted(row, points)
+    own = proposals.trusted(row, points)
     return own if own.sum() >= LEAST_POINTS else np.ones(len(points), dtype=bool)
 
 

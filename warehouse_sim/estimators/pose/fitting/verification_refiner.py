@@ -89,5 +89,4 @@ class VerificationRefiner:
 
 def _views(seen: Sequence[ObjectPoints]) -> dict[int, DepthView]:
     """Return the images of those that bring one, by their positions."""
-    found = {i: getattr(item, "view", None) for i, item in enumerate(seen)}
-    return {i: view for i, view in found.items() if view is not None and len(view.points)}
+    return {i: item.view for i, item in enumerate(seen) if item.view is not None and len(item.view.points)}

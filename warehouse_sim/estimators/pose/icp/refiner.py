@@ -32,7 +32,7 @@ class IcpRefiner:
         """Return the poses that fit the points, or the given ones where the fit gets no better."""
         surfaces = [self._surface(item.obj_id) for item in seen]
         # Crops may hold what is around an object, too.
-        clouds = [getattr(item, "masked_points", item.points) for item in seen]
+        clouds = [item.masked_points for item in seen]
         clouds = [points[own_of(proposals, row, points)] for row, points in enumerate(clouds)]
         return refine_poses(T_camera_object, clouds, surfaces, self._config, _up(seen))
 
@@ -45,5 +45,5 @@ class IcpRefiner:
 
 def _up(seen: Sequence[ObjectPoints]) -> Float[np.ndarray, "b 3"]:
     """Return the direction against gravity for each object, NaN where nobody knows."""
-    down = [getattr(item, "down", None) for item in seen]
+    down = [item.down for item in seen]
     return -np.array([np.full(3, np.nan) if item is None else item for item in down]).reshape(-1, 3)

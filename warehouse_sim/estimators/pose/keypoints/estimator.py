@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.api import LeastVisible
+from warehouse_sim.estimators.api import LeastVisible, PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.keypoints.face_depth import moved_onto_face
 from warehouse_sim.estimators.pose.keypoints.pnp import FacePose, SeenPoints, pose_of_points
@@ -19,7 +19,7 @@ _ERROR_PX = 4.0
 """Error at which trust falls to 1/e."""
 
 
-class KeypointEstimator:
+class KeypointEstimator(PoseEstimator):
     """The key points of a run folder as a pose estimator.
 
     Args:
@@ -31,11 +31,12 @@ class KeypointEstimator:
         InputError: The run was trained without key points.
     """
 
+    least_visible = LeastVisible(0.25, 64)
+
     def __init__(self, run: Path, use_depth: bool = True) -> None:
         self._network, self._use_depth = TrainedSegmenter(run), use_depth
         if not self._network.run_config.objects:
             raise InputError(f"{run} was trained without key points; train keypoints-rgb")
-        self.least_visible = LeastVisible(0.25, 64)
 
     @property
     def objects(self) -> tuple[KnownFaces, ...]:

@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.estimators.api import BatchedPoseEstimator, KnownObject, Onboarding, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
 from warehouse_sim.estimators.pose.uncertainty.blocked import look_into
@@ -75,10 +74,8 @@ NINE_OF_TEN = 1.2815515655446004
 """Quantile of the normal distribution at 90 %."""
 
 
-class WithUncertainty:
+class WithUncertainty(WrappedEstimator):
     """Estimate with another estimator, look at the result, and say what is thought of it.
-
-    Whatever else the other has is requested of it.
 
     Args:
         inner: The other.
@@ -98,25 +95,16 @@ class WithUncertainty:
         seed: int = 0,
         reject_blocked: bool = False,
     ) -> None:
-        self._inner, self._model, self._reject = inner, model, reject
+        super().__init__(inner)
+        self._model, self._reject = model, reject
         self._meshes, self._infos = dict(meshes or {}), dict[int, ObjectInfo]()
         self._seed, self._reject_blocked = seed, reject_blocked
         self._watcher = Watcher(self._mesh, seed)
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name == "_inner":
-            raise AttributeError(name)
-        return getattr(self._inner, name)
-
-    @property
-    def objects(self) -> Sequence[KnownObject] | None:
-        """What it knows; None where it takes any object."""
-        return self._inner.objects
-
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Show the CAD models of a dataset to the estimator, if it asks for them, and take their surfaces."""
-        if isinstance(self._inner, Onboarding):
-            self._inner.onboard(objects)
+        if self.inner.learns_objects:
+            self.inner.onboard(objects)
             self._infos = dict(objects)
             self._watcher = Watcher(self._mesh, self._seed)
 
@@ -126,10 +114,7 @@ class WithUncertainty:
 
     def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
         """Return the poses in several images, rejected ones among them, with a score of 0."""
-        if isinstance(self._inner, BatchedPoseEstimator):
-            found = self._inner.estimate_all(images)
-        else:
-            found = [estimate for image in images for estimate in self._inner.estimate(image)]
+        found = self.inner.estimate_all(images)
         looks = self._watcher(images, found)
         trust = {
             (image.scene_id, image.image_id, i if item.number is None else item.number): item.score

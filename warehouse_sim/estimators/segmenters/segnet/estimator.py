@@ -11,6 +11,7 @@ from jaxtyping import Float, Float32
 from torch import Tensor
 
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import Segmenter
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
@@ -55,7 +56,7 @@ class SeenBoxes:
         return self.windows[index].to_image(self.peaks.uv[index]), self.peaks.chance[index]
 
 
-class TrainedSegmenter:
+class TrainedSegmenter(Segmenter):
     """The segmenter of a run folder.
 
     Args:

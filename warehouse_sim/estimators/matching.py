@@ -1,0 +1,57 @@
+"""Which detections an estimator takes, and which of the objects that it knows each may be."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.image import Detection
+
+
+def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
+    """Return whether an estimator may know what was detected."""
+    if estimator.objects is None:
+        return True
+    if detection.model is None:
+        classes = {shape.class_name for shape in estimator.objects}
+        return detection.class_name in ("", *classes) or classes == {""}
+    return any(detection.model in (shape.obj_id, shape.name) for shape in estimator.objects)
+
+
+def known_among(estimator: PoseEstimator, objects: Mapping[int, ObjectInfo]) -> tuple[str, ...]:
+    """Return the names of those objects, by obj_id, that an estimator knows by the same number and name."""
+    return tuple(
+        shape.name
+        for shape in estimator.objects or ()
+        if shape.obj_id in objects and objects[shape.obj_id].name == shape.name
+    )
+
+
+def taken_by(
+    estimator: PoseEstimator, found: Sequence[Detection], objects: Sequence[str] = ()
+) -> tuple[Detection, ...]:
+    """Return the detections of what an estimator knows; those of no model may be one of ``objects``.
+
+    Args:
+        estimator: Who takes them.
+        found: What was detected.
+        objects: Names of the objects that there are; without any, all of a detection's class that are known.
+
+    Raises:
+        InputError: The estimator does not know one of the names.
+    """
+    known = tuple(item for item in found if is_known(estimator, item))
+    if not objects or estimator.objects is None:
+        return known
+    names = {shape.name: shape.class_name for shape in estimator.objects}
+    if strange := [name for name in objects if name not in names]:
+        raise InputError(f"--objects: the estimator does not know {strange[0]!r}; it knows: {', '.join(sorted(names))}")
+    limited = list[Detection]()
+    for item in known:
+        alike = tuple(name for name in objects if item.class_name in ("", names[name]))
+        if item.model is not None or item.may_be:
+            limited.append(item)
+        elif alike:
+            limited.append(replace(item, may_be=alike))
+    return tuple(limited)
