@@ -11,14 +11,14 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import read_results
 from warehouse_sim.errors import InputError, TrainingError
-from warehouse_sim.estimators import composed as module
+from warehouse_sim.estimators import load as module
 from warehouse_sim.estimators.api import Detector, PoseEstimator, Segmenter
-from warehouse_sim.estimators.composed import Composed, WithFrontEnd
 from warehouse_sim.estimators.detections import Finder
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.load import Composed, load_estimator
 from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.own.estimator import NamedObject
+from warehouse_sim.estimators.pipeline import WithFrontEnd
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig

@@ -260,6 +260,25 @@ class Configurable(Protocol):
         """Return the estimator with these settings."""
 
 
+class Composition(ABC):
+    """What a name of ``ESTIMATORS`` stands for here when it is made of others; called, it has default settings."""
+
+    front_end: str
+    """Names of the detectors and segmenters that it is made of, joined by +; empty where nobody needs to know."""
+    estimator: str
+    """Name of the estimator behind them; empty where it has none."""
+
+    @abstractmethod
+    def configured(self, config: "PredictConfig") -> PoseEstimator:
+        """Return the estimator with these settings."""
+
+    def __call__(self) -> PoseEstimator:
+        """Return the estimator with default settings."""
+        from warehouse_sim.estimators.settings import PredictConfig
+
+        return self.configured(PredictConfig())
+
+
 class Family(Protocol):
     """What a name of ``FAMILIES`` stands for: opens the run folders of one kind."""
 

@@ -1,12 +1,15 @@
-"""Open an estimator: bundled weights, a run folder, one that needs no training, or a user's own."""
+"""Open an estimator: bundled weights, a run folder, one that needs no training, a composed one, or a user's own."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
-from warehouse_sim.estimators.api import Configurable, PoseEstimator
+from warehouse_sim.estimators.api import Composition, Configurable, PoseEstimator
+from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.estimators.own.estimator import OwnEstimator, own_estimator
 from warehouse_sim.estimators.own.program import PROGRAM, ProgramEstimator
 from warehouse_sim.estimators.own.source import is_own_source, open_source
+from warehouse_sim.estimators.pipeline import WithFrontEnd
 from warehouse_sim.estimators.pose.densefusion.objects import MESHES, read_meshes
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
@@ -116,3 +119,69 @@ def _with_uncertainty(estimator: PoseEstimator, name: str, folder: Path, config:
             "leave --reject out, and --reject-blocked, or choose settings that uncertainty.yaml of its folder names"
         )
     return estimator
+
+
+@dataclass(frozen=True)
+class Composed(Composition):
+    """What a name of ``ESTIMATORS`` stands for when it is a front end and an estimator, both by name."""
+
+    front_end: str
+    """Detectors and segmenters joined by +."""
+    estimator: str
+    """Estimates poses of what they find."""
+
+    @property
+    def inputs(self) -> str:
+        """What it is made of."""
+        return f"{self.front_end}, then {self.estimator}"
+
+    def configured(self, config: PredictConfig) -> PoseEstimator:
+        """Return the estimator.
+
+        Raises:
+            TrainingError: The front end or the estimator has no bundled weights.
+            InputError: The estimator has no stages that ``config`` could choose, or cannot reject.
+        """
+        return WithFrontEnd(load_estimator(self.estimator, config), open_stages(self.front_end), config.objects)
+
+
+@dataclass(frozen=True)
+class Keypoints(Composition):
+    """What ``detect-keypoints`` stands for: boxes of a detector, key points in them, perspective-n-point."""
+
+    front_end: str
+    network: str
+    """Bundled network of key points."""
+    estimator = ""
+
+    @property
+    def inputs(self) -> str:
+        """What it is made of."""
+        return f"{self.front_end}, then {self.network} and PnP"
+
+    def configured(self, config: PredictConfig) -> PoseEstimator:
+        """Return the estimator.
+
+        Raises:
+            TrainingError: The front end or the network has no bundled weights.
+        """
+        if self.network not in model_names():
+            raise TrainingError(f"{self.network} has no bundled weights: train it, and predict with its run folder")
+        from warehouse_sim.estimators.pose.keypoints.estimator import KeypointEstimator
+
+        return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end), config.objects)
+
+
+DETECT_KEYPOINTS = Keypoints("detector-rgb", "keypoints-rgb")
+DETECT_DENSEFUSION = Composed("detector-rgb+cluster", "densefusion")
+DETECT_DEPTH = Composed("detector-depth+cluster", "densefusion-depth")
+SEGMENT_DENSEFUSION = Composed("detector-depth+segmenter-depth", "densefusion")
+SEGMENT_DENSEFUSION_EARLY = Composed("detector-depth+segmenter-depth", "densefusion-early")
+SEGMENT_DENSEFUSION_MIDDLE_1 = Composed("detector-depth+segmenter-depth", "densefusion-middle-1")
+SEGMENT_DENSEFUSION_MIDDLE_2 = Composed("detector-depth+segmenter-depth", "densefusion-middle-2")
+SEGMENT_DENSEFUSION_DEPTH = Composed("detector-depth+segmenter-depth", "densefusion-depth")
+SEGMENT_DENSEFUSION_POINTCLOUD = Composed("detector-depth+segmenter-depth", "densefusion-pointcloud")
+SEGMENT_OBJECT_COORDINATES = Composed("detector-depth+segmenter-depth", "object-coordinates")
+SEGMENT_RECTANGLE_FIT = Composed("detector-depth+segmenter-depth", "rectangle-fit")
+SEGMENT_ICP_MULTISTART = Composed("detector-depth+segmenter-depth", "icp-multistart")
+SEGMENT_FRONT_FIT = Composed("detector-depth+segmenter-depth", "front-fit")

@@ -42,7 +42,7 @@ for _name in (
     "segment-icp-multistart",
     "segment-front-fit",
 ):
-    ESTIMATORS.add(_name, f"warehouse_sim.estimators.composed:{_name.upper().replace('-', '_')}")
+    ESTIMATORS.add(_name, f"warehouse_sim.estimators.load:{_name.upper().replace('-', '_')}")
 ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
 ESTIMATORS.add("lidar-direct", "warehouse_sim.estimators.lidar.direct:LIDAR_DIRECT")
 DETECTORS = Registry("detector")

@@ -2,16 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.api import Trainable
 from warehouse_sim.estimators.registries import DETECTORS, ESTIMATORS, SEGMENTERS, is_trainable
 from warehouse_sim.learning.settings import LoopConfig, Progress
+from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 from warehouse_sim.one_writer import one_writer
-
-if TYPE_CHECKING:
-    from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import OpenStream
 
 
 def train(
@@ -23,7 +21,7 @@ def train(
     progress: Progress | None = None,
     init: str | Path | None = None,
     cache: Path | None = None,
-    open_stream: "OpenStream | None" = None,
+    open_stream: OpenStream | None = None,
 ) -> Path:
     """Train ``estimator`` on the train splits of ``data``, watch it on their val splits, and return the run folder.
 
@@ -50,7 +48,8 @@ def train(
     """
     folders = (data,) if isinstance(data, Path) else tuple(data)
     method = trainable(estimator)
-    streams: dict[str, Any] = {"open_stream": open_stream} if getattr(method, "takes_streams", False) else {}
+    # A stranger's knows no streams.
+    streams: dict[str, Any] = {"open_stream": open_stream} if isinstance(method, TrainableNetwork) else {}
     # Two that train into one folder would take each other's checkpoints for their own.
     with one_writer(run):
         return method.train(folders, run, config, resume, progress, init, cache, **streams)

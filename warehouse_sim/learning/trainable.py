@@ -37,8 +37,6 @@ class TrainableNetwork:
     """What opens a run folder of it, as "module:Class"."""
     extra: ClassVar[str] = ""
     """Of the package's extras, the one that it needs beside ``learn``."""
-    takes_streams: ClassVar[bool] = False
-    """Whether it trains on observations that no file holds."""
 
     def __call__(self) -> Any:
         """Open the bundled weights.

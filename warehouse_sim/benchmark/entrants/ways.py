@@ -13,7 +13,7 @@ from typing import get_args
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError, UnknownNameError
-from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.api import Composition, Configurable, PoseEstimator
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.registries import ESTIMATORS
@@ -57,7 +57,7 @@ class Way:
     def parts(self) -> tuple[str, ...]:
         """Names of all bundled models that it may be made of."""
         registered = ESTIMATORS.get(self.model) if self.model in ESTIMATORS.names() else None
-        inner = f"{getattr(registered, 'front_end', '')}+{getattr(registered, 'estimator', '')}"
+        inner = f"{registered.front_end}+{registered.estimator}" if isinstance(registered, Composition) else ""
         return (self.model, *filter(None, inner.split("+")))
 
     def open(self, objects: Mapping[int, ObjectInfo], uncertainty: bool = True) -> PoseEstimator:
@@ -100,5 +100,5 @@ def _has_stages(model: str) -> bool:
     if is_trained(model) or model not in ESTIMATORS.names():
         return is_trained(model)
     registered = ESTIMATORS.get(model)
-    behind = getattr(registered, "estimator", "")  # of those that are a front end and an estimator, both by name
-    return hasattr(registered, "configured") and (not behind or is_trained(behind))
+    behind = registered.estimator if isinstance(registered, Composition) else ""
+    return isinstance(registered, Configurable) and (not behind or is_trained(behind))

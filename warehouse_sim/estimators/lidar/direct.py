@@ -12,9 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.errors import InputError, TrainingError
-from warehouse_sim.estimators.api import KnownObject, LeastVisible, PoseEstimator
-from warehouse_sim.estimators.chain import Chain
-from warehouse_sim.estimators.composed import WithFrontEnd
+from warehouse_sim.estimators.api import Composition, KnownObject, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.detections import AUTO
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import chosen_points, cluster
@@ -27,6 +25,7 @@ from warehouse_sim.estimators.lidar.sweep.rows import floor_in
 from warehouse_sim.estimators.lidar.sweep.view import ObjectView, facing_points, object_view
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.matching import taken_by
+from warehouse_sim.estimators.pipeline import Pipeline, WithFrontEnd
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.settings import PredictConfig
@@ -40,7 +39,7 @@ _LEAST_POINTS = 10
 _NO_CAMERA = PinholeCamera.from_focal(1, 1, 1.0)
 
 
-class ViewChain(Chain):
+class ViewChain(Pipeline):
     """The stages of a network on views of single objects.
 
     Args:
@@ -159,7 +158,7 @@ class LidarDirect(WithFrontEnd):
         return self._poses.estimate(RgbdImage(_NO_CAMERA, np.zeros((1, 1), np.float32), found, sweep=sweep))
 
 
-class DirectMethod:
+class DirectMethod(Composition):
     """What ``lidar-direct`` stands for: a bundled network behind a detector of sweeps.
 
     Args:
@@ -169,13 +168,10 @@ class DirectMethod:
     """
 
     inputs = "LiDAR sweep: range image, clusters, cloud"
+    front_end = estimator = ""
 
     def __init__(self, network: str, resampling: Resampling = "kmeans", detector: str = "detector-sweep") -> None:
         self._network, self._resampling, self._detector = network, resampling, detector
-
-    def __call__(self) -> PoseEstimator:
-        """Return the estimator with default settings."""
-        return self.configured(PredictConfig())
 
     def configured(self, config: PredictConfig) -> PoseEstimator:
         """Return the estimator; where ``config`` says where detections come from, no detector is needed.

@@ -9,13 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.api import DepthSource, LeastVisible, PoseEstimator
-from warehouse_sim.estimators.chain import Chain, FindDetections, ObjectPoints
-from warehouse_sim.estimators.composed import WithFrontEnd
+from warehouse_sim.estimators.api import Composition, DepthSource, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.lidar.resample import Resampling, resample
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pipeline import FindDetections, ObjectPoints, Pipeline, WithFrontEnd
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.segmenters.cluster import BoxClusters, detection_points
@@ -23,7 +22,7 @@ from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_names
 
 
-class LidarChain(Chain):
+class LidarChain(Pipeline):
     """Clusters of boxes, resampled, for a network that reads points alone.
 
     Args:
@@ -63,7 +62,7 @@ class LidarChain(Chain):
         )
 
 
-class LidarMethod:
+class LidarMethod(Composition):
     """What a name of ``ESTIMATORS`` stands for: a bundled network behind the LiDAR's front end.
 
     Args:
@@ -77,10 +76,6 @@ class LidarMethod:
 
     def __init__(self, network: str, resampling: Resampling = "kmeans", detector: str = "detector-lidar") -> None:
         self.front_end, self.estimator, self._resampling = detector, network, resampling
-
-    def __call__(self) -> PoseEstimator:
-        """Return the estimator with default settings."""
-        return self.configured(PredictConfig())
 
     def configured(self, config: PredictConfig) -> PoseEstimator:
         """Return the estimator.

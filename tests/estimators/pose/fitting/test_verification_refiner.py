@@ -35,7 +35,7 @@ def refined(T_wrong: np.ndarray, gravity: bool = True, view: bool = True) -> tup
     item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at if view else None)
     T = gt @ T_wrong
     quat = quat_wxyz_from_matrix(T[:3, :3])[None, None]
-    proposals = SimpleNamespace(candidates=Candidates(quat, T[None, None, :3, 3], np.ones((1, 1))))
+    proposals = SimpleNamespace(candidates=Candidates(quat, T[None, None, :3, 3], np.ones((1, 1))), trusted=all_of)
     refiner = VerificationRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
     return refiner(T[None], [item], proposals)[0], gt
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.api import LeastVisible
-from warehouse_sim.estimators.chain import Chain, ObjectPoints, Proposals, Stages, Verdict
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.pipeline import ObjectPoints, Pipeline, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
@@ -33,7 +33,7 @@ _FLIGHT_GRAZING = 2.0
 """Power of the cosine by which time of flight is believed on level surfaces."""
 
 
-class Estimator(Chain):
+class Estimator(Pipeline):
     """The stages of a run folder; batched over all objects of some images.
 
     Args:

@@ -34,7 +34,6 @@ class Method(TrainableNetwork):
     """The network's configuration at a size."""
 
     job: ClassVar[str] = "warehouse_sim.estimators.pose.densefusion.training.train:PoseJob"
-    takes_streams: ClassVar[bool] = True
 
     def parameters(self, classes: int = 1) -> dict[str, int]:
         """Return the number of weights by size."""

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 from torch import Tensor
 
-from warehouse_sim.estimators.chain import ObjectPoints, Proposals
+from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops

@@ -3,9 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.chain import Proposals
 from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.pipeline import Proposals
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
 from warehouse_sim.geometry.pose import Transforms, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup

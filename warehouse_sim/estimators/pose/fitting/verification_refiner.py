@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.estimators.chain import ObjectPoints, Proposals
+from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, own_of
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Sought

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.estimators.chain import ObjectPoints, Proposals
+from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface

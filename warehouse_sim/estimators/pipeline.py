@@ -1,19 +1,22 @@
-"""A pose estimator as a chain of stages, each of which can be another's.
+"""A pose estimator as a pipeline of stages, each of which can be another's.
 
-detect | segment -> select points -> propose -> choose -> refine -> verify
+detect | segment -> select points -> propose -> choose -> refine -> verify; ``tracking`` follows over the images of a
+drive. ``WithFrontEnd`` puts detectors and segmenters before an estimator that is no pipeline.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
-from warehouse_sim.estimators.api import KnownObject, PoseEstimator
+from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.estimators.api import KnownObject, PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.matching import known_among, taken_by
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
@@ -151,7 +154,7 @@ def trust_confidence(T_camera_object: Transform, seen: ObjectPoints, confidence:
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """One chain, from left to right."""
+    """One pipeline, from left to right."""
 
     select: SelectPoints
     propose: Propose
@@ -168,7 +171,7 @@ class Stages:
     whose pose is trusted most."""
 
 
-class Chain(PoseEstimator):
+class Pipeline(PoseEstimator):
     """Run the stages over all objects of some images at once.
 
     Args:
@@ -270,3 +273,50 @@ class Chain(PoseEstimator):
             return image
         known = {shape.obj_id for shape in self.objects}
         return replace(image, detections=tuple(item for item in image.detections if item.model in known))
+
+
+class WithFrontEnd(WrappedEstimator):
+    """A pose estimator that finds the objects of an image itself, where the image brings no detections.
+
+    Args:
+        estimator: What estimates the poses of what is found.
+        stages: What finds it, one after the other.
+        objects: Names of the objects that there are; by default those that it is shown, and all that the estimator
+            knows before it is shown any.
+    """
+
+    finds_objects = True
+    reads_rgb = True
+
+    def __init__(self, estimator: PoseEstimator, stages: Sequence[FindDetections], objects: Sequence[str] = ()) -> None:
+        super().__init__(estimator)
+        self._stages = tuple(stages)
+        self._given = self._names = tuple(objects)
+
+    def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
+        """Take what is found for one of these objects, by obj_id, unless their names were given."""
+        self.inner.onboard(objects)
+        self._names = self._given or known_among(self.inner, objects)
+
+    def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
+        """Return the poses of what the image brings, or of what is found in it; times count the finding."""
+        return self.estimate_all([image])
+
+    def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
+        """Return what ``estimate`` returns for each image, one after the other."""
+        found, seconds = list[RgbdImage](), dict[tuple[int, int], float]()
+        for image in images:
+            started = time.perf_counter()
+            found.append(image if image.detections else self._with_detections(image))
+            seconds[image.scene_id, image.image_id] = time.perf_counter() - started
+        seen = [image for image in found if image.detections]
+        poses = self.inner.estimate_all(seen) if seen else []
+        return [
+            replace(pose, time=pose.time + seconds[pose.scene_id, pose.image_id]) if pose.time >= 0 else pose
+            for pose in poses
+        ]
+
+    def _with_detections(self, image: RgbdImage) -> RgbdImage:
+        for stage in self._stages:
+            image = replace(image, detections=tuple(stage(image)))
+        return replace(image, detections=taken_by(self.inner, image.detections, self._names))

@@ -11,9 +11,9 @@ import pytest
 from tests.dataset.toy import PALLET, make_scene, observe
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.chain import Chain, Stages, Verdict
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pipeline import Pipeline, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
@@ -86,8 +86,8 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
         return Verdict(confidence / 2, 0.01, 0.02) if seen.position != half else None
 
     icp = IcpRefiner({1: PALLET.mesh()}, IcpConfig(), seed=0)
-    plain = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident))
-    whole = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident, (first_half,), (icp,), near_only))
+    plain = Pipeline(Stages(cloud_of, NearGroundTruth(gts), least_confident))
+    whole = Pipeline(Stages(cloud_of, NearGroundTruth(gts), least_confident, (first_half,), (icp,), near_only))
     expected = {image.detections[item.position].number for item in cloud_of(image)}
     before, after = plain.estimate(image), whole.estimate_all([image])
     assert {item.detection for item in before} == expected
@@ -118,9 +118,9 @@ def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -
     def nobody(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
         raise AssertionError("requested of detections that are one object each")
 
-    trusted = Chain(Stages(as_two, NearGroundTruth(gts), least_confident)).estimate(image)
-    preferred = Chain(Stages(as_two, NearGroundTruth(gts), least_confident, prefer=the_second)).estimate(image)
-    alone = Chain(Stages(cloud_of, NearGroundTruth(gts), least_confident, prefer=nobody)).estimate(image)
+    trusted = Pipeline(Stages(as_two, NearGroundTruth(gts), least_confident)).estimate(image)
+    preferred = Pipeline(Stages(as_two, NearGroundTruth(gts), least_confident, prefer=the_second)).estimate(image)
+    alone = Pipeline(Stages(cloud_of, NearGroundTruth(gts), least_confident, prefer=nobody)).estimate(image)
     assert len(trusted) == len(preferred) == len(alone) > 0
     assert {item.obj_id for item in trusted} == {item.obj_id for item in alone} == {1}
     assert {item.obj_id for item in preferred} == {2}
