@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.estimators.images.order import GroupedOrder
+from warehouse_sim.learning.samples.order import GroupedOrder
 
 
 def test_a_step_is_of_one_group_and_each_sample_comes_about_equally_often() -> None:

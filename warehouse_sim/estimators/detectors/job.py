@@ -12,8 +12,8 @@ from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.preparation import Prepared, prepare
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
 from warehouse_sim.estimators.detectors.task import BoxTask
-from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.job import Started, TrainingJob
+from warehouse_sim.learning.samples.order import GroupedOrder
 from warehouse_sim.learning.settings import Progress
 
 

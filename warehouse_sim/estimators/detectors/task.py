@@ -11,13 +11,13 @@ from torch import Tensor, nn
 
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, Kept, box_precision, suppress
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
-from warehouse_sim.estimators.images.order import GroupedOrder
 from warehouse_sim.learning.compute import on_device
 from warehouse_sim.learning.loop import Task
 from warehouse_sim.learning.samples.ahead import MadeAhead
 from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.order import GroupedOrder
 
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300

@@ -18,10 +18,8 @@ from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import chosen_points, cluster
 from warehouse_sim.estimators.lidar.projection import sparse_depth
 from warehouse_sim.estimators.lidar.resample import Resampling, resample
-from warehouse_sim.estimators.lidar.sweep.estimator import UPWARDS, TrainedSweepDetector, require_sweep
-from warehouse_sim.estimators.lidar.sweep.floor import up_of
-from warehouse_sim.estimators.lidar.sweep.found import SweepDetection
-from warehouse_sim.estimators.lidar.sweep.rows import floor_in
+from warehouse_sim.estimators.lidar.sweep.estimator import UPWARDS, SweepDetection, TrainedSweepDetector, require_sweep
+from warehouse_sim.estimators.lidar.sweep.rows import floor_in, up_of
 from warehouse_sim.estimators.lidar.sweep.view import ObjectView, facing_points, object_view
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.matching import taken_by

@@ -11,7 +11,7 @@ from warehouse_sim.estimators.detectors.rtdetr.loss import covered, make_loss
 from warehouse_sim.estimators.detectors.rtdetr.network import Found, RtdetrNetwork
 from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrLossConfig
 from warehouse_sim.estimators.detectors.rtdetr.train import as_labels
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 
 TARGETS = Targets(
     torch.tensor([0, 0, 2]),

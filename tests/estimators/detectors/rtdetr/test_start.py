@@ -10,7 +10,7 @@ import torch
 from tests.estimators.detectors.rtdetr.conftest import IMAGES, SMALLEST
 from warehouse_sim.errors import TrainingError, UnknownNameError
 from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrNetwork, make_detr
-from warehouse_sim.estimators.detectors.rtdetr.start import start_from
+from warehouse_sim.estimators.detectors.rtdetr.train import start_from
 from warehouse_sim.estimators.images.settings import ImageConfig
 
 RGB = torch.randint(0, 256, (2, 64, 96, 3), dtype=torch.uint8, generator=torch.Generator().manual_seed(3))

@@ -1,7 +1,7 @@
 import numpy as np
 import torch
 
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets, assign, ignored
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, assign, ignored
 from warehouse_sim.estimators.detectors.yolov5.network import STRIDES
 
 ANCHORS = torch.tensor([[[20.0, 5], [40, 10], [60, 15]], [[90, 20], [120, 30], [150, 40]], [[200, 60]] * 3])

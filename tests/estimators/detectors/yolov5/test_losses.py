@@ -3,7 +3,7 @@ import math
 import pytest
 import torch
 
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import complete_iou, detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig

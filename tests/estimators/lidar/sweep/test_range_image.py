@@ -7,7 +7,6 @@ import pytest
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.lidar.sweep.floor import above_floor, floor_of, up_of
 from warehouse_sim.estimators.lidar.sweep.range_image import (
     SweepGrid,
     id_boxes,
@@ -16,7 +15,15 @@ from warehouse_sim.estimators.lidar.sweep.range_image import (
     range_image,
     ring_overlaps,
 )
-from warehouse_sim.estimators.lidar.sweep.rows import objects_about, read_sweep, sweep_labels, sweep_rows
+from warehouse_sim.estimators.lidar.sweep.rows import (
+    above_floor,
+    floor_of,
+    objects_about,
+    read_sweep,
+    sweep_labels,
+    sweep_rows,
+    up_of,
+)
 from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
 
 GRID = SweepGrid(RangeImageConfig(columns=256, rows=96, elevation_deg=(-25.0, 7.0)))

@@ -5,8 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from warehouse_sim.estimators.pose.uncertainty.covariance import information, rms_quantile, surface_metric
-from warehouse_sim.estimators.pose.uncertainty.residuals import Residuals
+from warehouse_sim.estimators.pose.uncertainty.covariance import Residuals, information, rms_quantile, surface_metric
 from warehouse_sim.geometry.pose import make_transform
 
 NINE_OF_TEN = 1.2815515655446004

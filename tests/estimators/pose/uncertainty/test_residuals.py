@@ -6,8 +6,8 @@ import pytest
 
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.estimators.pose.uncertainty.covariance import measure_residuals
 from warehouse_sim.estimators.pose.uncertainty.features import look
-from warehouse_sim.estimators.pose.uncertainty.residuals import measure_residuals
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform
 

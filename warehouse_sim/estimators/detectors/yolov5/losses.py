@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.yolov5.assignment import Assigned, Targets, assign, ignored
+from warehouse_sim.estimators.detectors.yolov5.anchors import Assigned, Targets, assign, ignored
 from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, CellNetwork, Raw
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig
 from warehouse_sim.learning.compute import on_device

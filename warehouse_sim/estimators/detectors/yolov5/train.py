@@ -13,8 +13,7 @@ from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared, wanted_sizes
 from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
 from warehouse_sim.estimators.detectors.task import BoxTask, ImageBoxTask, Inputs
-from warehouse_sim.estimators.detectors.yolov5.anchors import cluster_anchors
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, cluster_anchors
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import (
     DEPTH,

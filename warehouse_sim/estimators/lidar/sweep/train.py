@@ -16,7 +16,7 @@ from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared, known_classes, require_wanted
 from warehouse_sim.estimators.detectors.task import BoxTask, Inputs
-from warehouse_sim.estimators.detectors.yolov5.assignment import Targets
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetworkConfig
 from warehouse_sim.estimators.detectors.yolov5.train import network_config

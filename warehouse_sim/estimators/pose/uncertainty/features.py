@@ -17,12 +17,13 @@ from warehouse_sim.estimators.pose.fitting.verification import (
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.pose.uncertainty.covariance import (
     Covariance,
+    Residuals,
     information,
     lean_of,
+    measure_residuals,
     rms_quantile,
     surface_metric,
 )
-from warehouse_sim.estimators.pose.uncertainty.residuals import Residuals, measure_residuals
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.schema import Agreement
