@@ -70,7 +70,7 @@ def test_a_csv_is_not_replaced_unasked(folder: Path, toy_root: Path, capsys) -> 
     assert run_program(toy_root, *words, "--overwrite") == 0
 
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "estimators.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "estimators.md"
 
 
 def test_the_documented_program_finds_every_target(toy_root: Path, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import PoseEstimate
 
-_PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
+_PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 _INSTALLED = tuple(Path(sysconfig.get_path(name)) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _LONGEST = 300
 """Characters of an error's text in one line."""
