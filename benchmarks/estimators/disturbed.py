@@ -9,7 +9,7 @@ import numpy as np
 
 from warehouse_sim.benchmark.disturbances.masks import Disturb
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.estimators.api import BatchedPoseEstimator, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
@@ -47,7 +47,5 @@ def made(root: Path, camera: str, scenes: int, views: int, seed: int, split: Spl
 def predict(estimator: PoseEstimator, images: Sequence[RgbdImage], disturb: Disturb) -> list[PoseEstimate]:
     """Return the estimates of disturbed images; each has a random stream of its own."""
     changed = [disturb(item, np.random.default_rng([0, item.scene_id, item.image_id])) for item in images]
-    if not isinstance(estimator, BatchedPoseEstimator):
-        return [estimate for image in changed for estimate in estimator.estimate(image)]
     groups = [changed[start : start + _IMAGES_AT_ONCE] for start in range(0, len(changed), _IMAGES_AT_ONCE)]
     return [estimate for group in groups for estimate in estimator.estimate_all(group)]
