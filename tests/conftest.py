@@ -30,7 +30,7 @@ def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
 
 @pytest.fixture(scope="session")
 def real_data() -> Path:
-    """Return the folder of recorded data; tests that ask for it carry the marker ``real``."""
+    """Return the folder of recorded data; tests that require it carry the marker ``real``."""
     folder = Path(os.environ.get("WAREHOUSE_SIM_REAL_DATA") or Path(__file__).parents[2] / "shared" / "real")
     if not folder.is_dir():
         pytest.skip("WAREHOUSE_SIM_REAL_DATA names no folder of recorded data")

@@ -53,7 +53,7 @@ def test_a_card_says_how_the_weights_were_made(name: str) -> None:
         "samples in",
         "seed",
         "| licence | Apache-2.0",
-        "Never tested on real images",
+        "Not tested on real images",
         "By distance",
         "By light",
     ):

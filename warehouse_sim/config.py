@@ -78,7 +78,7 @@ def to_mapping(config: Any) -> Any:
 
 
 def convert(hint: Any, value: Any, where: str) -> Any:
-    """Return a plain value as what the type ``hint`` asks for, without ``Annotated``.
+    """Return a plain value as what the type ``hint`` requires, without ``Annotated``.
 
     Raises:
         ConfigError: It is not of that type.

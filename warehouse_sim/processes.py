@@ -27,7 +27,7 @@ def end_at_once_with_parent() -> None:
 def end_with_parent() -> None:
     """Let this process end as soon as the one that started it through multiprocessing is gone, even killed.
 
-    A thread waits for that; a process at work would notice by itself only when it next asks for something to do.
+    A thread waits for that; a process at work would notice by itself only when it next requires something to do.
     """
     parent = parent_process()
     if parent is not None:

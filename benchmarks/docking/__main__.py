@@ -14,7 +14,15 @@ import numpy as np
 import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim.benchmark.docking.agreement import MARGINS_MM, Row, by_kind, causes, confusion, disagreements, told
+from warehouse_sim.benchmark.docking.agreement import (
+    MARGINS_MM,
+    Row,
+    by_kind,
+    causes,
+    confusion,
+    described,
+    disagreements,
+)
 from warehouse_sim.benchmark.docking.pictures import picture
 from warehouse_sim.benchmark.docking.record import Record
 from warehouse_sim.benchmark.docking.sources import Evaluated, Source
@@ -81,14 +89,14 @@ def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> N
     for why, count in causes(rows).items():
         print(f"differ: {count} x {why}")
     for row in disagreements(rows)[:show]:
-        print(told(row))
+        print(described(row))
     seconds = [row["cpu_s"] for row in rows]
     print(f"output: {len(rows)} poses, CPU {np.mean(seconds):.2f} s a pose, at most {max(seconds):.2f} s")
 
 
 def _draw(rows: list[Row], evaluated: dict[str, Evaluated], truck: TruckConfig, folder: Path) -> None:
     for number, row in enumerate(rows):
-        before, _, after = told(row).partition("; ")
+        before, _, after = described(row).partition("; ")
         picture(folder / f"disagreement_{number:02d}.png", *evaluated[row["key"]], truck, [before, after])
 
 
@@ -100,7 +108,7 @@ def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckCon
         "differ": causes(rows),
         "sides_not_evaluated": left_out,
         "cpu_s_a_pose": rounded(float(np.mean([row["cpu_s"] for row in rows]))),
-        "disagreements": [told(row) for row in disagreements(rows)],
+        "disagreements": [described(row) for row in disagreements(rows)],
     }
 
 

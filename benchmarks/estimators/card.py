@@ -29,8 +29,8 @@ _FRACTIONS = {
     "dock_0mm": "docked",
 }
 _BOUND = (
-    "`PoseEstimate.error_bound` was fitted so that nine of ten objects of the val splits stay below it, whatever their "
-    "distance ({best}). Fraction of objects in % that do, 95 % intervals over scenes:"
+    "`PoseEstimate.error_bound` is fitted so that nine of ten objects of the val splits stay below it, over all "
+    "distances ({best}). Fraction of objects below it in %, 95 % intervals over scenes:"
 )
 
 
@@ -56,15 +56,15 @@ def write(
         f"# {model.name}",
         "",
         f"**{head}** on {SCENES} unseen scenes of `{RECIPE}` (consensus, no ICP), "
-        "with ground-truth masks and the camera that it was trained with; `tests/test_models.py` measures it.",
+        "with ground-truth masks and the camera of its training (`tests/test_models.py`).",
         "",
         *_description(model),
         "",
         "## Scores",
         "",
-        "Ground-truth masks, scenes that nothing was trained on, objects at least 10 % visible; objects without an "
-        f"estimate count as failures. Shares in %, 95 % intervals over scenes. All groups: {best}.",
-        "In shape: over the symmetries of the shape, whatever is printed on it, which only cartons have more of.",
+        "Ground-truth masks, unseen scenes, objects at least 10 % visible; objects without an estimate count as "
+        f"failures. Fractions in %, 95 % intervals over scenes. All groups: {best}.",
+        "*In shape*: over the symmetries of the shape without its print, which differ for cartons only.",
         "",
         *_header("data and setting"),
         *(
@@ -118,12 +118,12 @@ def _description(model: Path) -> list[str]:
     facts = {
         "size": f"{train.size}, {results[-1]['parameters']:,} parameters",
         "trained on": f"train splits of {data}; seeds in `benchmarks/estimators/data.py`, digests of the manifests",
-        "seen": " and then ".join(
+        "samples": " and then ".join(
             f"{result['samples']:,} samples in {result['steps']:,} steps of {train.batch} ({result['train_crops']:,} "
             "distinct crops)"
             for result in results
         ),
-        "took": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
+        "training time": " and ".join(f"{result['seconds'] / 60:.0f} min" for result in results)
         + " of wall time on {device}, {threads} thread(s), {precision}".format(**results[-1]),
         "refiner": _refiner(model, train.refiner_iterations),
         "seed": " and ".join(str(item.train.seed) for item in configs),
@@ -140,7 +140,7 @@ def _description(model: Path) -> list[str]:
 def _refiner(model: Path, trained: int) -> str:
     used = read_calibration(model).refined(trained)
     count = f"{used} corrections in prediction" if used else "not used in prediction"
-    return f"{count}; `--refiner-iterations` sets others ({trained} in training)"
+    return f"{count}; `--refiner-iterations` changes this ({trained} in training)"
 
 
 def _header(first: str) -> list[str]:
@@ -166,9 +166,9 @@ def _fraction(summary: Summary, name: str) -> str:
 
 def _limits(config: PoseRun) -> list[str]:
     return [
-        "- Never tested on real images: every number above is of synthetic data of the same generator.",
-        "- Masks were the true visible ones. A detector's masks are worse, and what it misses is missed.",
-        "- Knows the objects above only, upright within a few degrees; the camera was KITTI's, at 0.35 to 3.2 m.",
+        "- Not tested on real images: all numbers above are from synthetic data of the same generator.",
+        "- Scored with ground-truth visible masks. Masks of a detector are worse, and its misses count.",
+        "- Knows only the objects above, upright within a few degrees; the camera is KITTI's, at 0.35 to 3.2 m.",
         f"- Targets with fewer than {config.crop.min_points} depth readings or less than "
         f"{config.crop.min_visible_fraction:.0%} visible get no estimate.",
     ]

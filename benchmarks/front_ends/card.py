@@ -16,9 +16,8 @@ from warehouse_sim.learning.run_folder import read_kind
 _METRICS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
 
 _EVALUATED = (
-    "Scenes that nothing was trained on (`benchmarks/front_ends/data.py`), average precision in % with 95 % intervals "
-    "over scenes; what is missed counts, and what is hardly seen is not requested. PQ: panoptic quality of masks with "
-    "a score of a half or more."
+    "Unseen scenes (`benchmarks/front_ends/data.py`), average precision in % with 95 % intervals over scenes; misses "
+    "count, and hardly visible objects are ignored. PQ: panoptic quality of masks with a score of 0.5 or more."
 )
 
 
@@ -39,14 +38,14 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
         "",
         _EVALUATED,
         "",
-        "| asked | n | " + " | ".join(_METRICS.values()) + " | PQ |",
+        "| evaluated on | n | " + " | ".join(_METRICS.values()) + " | PQ |",
         "|---|---|" + "---|" * (len(_METRICS) + 1),
         *(_row(row) for row in mine),
         "",
         "## Limits",
         "",
-        "- Trained on synthetic images of this package alone, and every number above is of such.",
-        "- What it has never seen it may miss, or take for a pallet.",
+        "- Trained and scored on synthetic images of this package only.",
+        "- It may miss objects that are unlike its training data, or report them as pallets.",
     ]
     if mine:
         best = mine[0]
@@ -76,12 +75,12 @@ def _description(model: Path) -> list[str]:
         "size": f"{size}; {result['parameters']:,} parameters",
         "trained on": f"train splits of {data}; seeds in `benchmarks/front_ends/data.py` and "
         "`benchmarks/estimators/data.py`, digests of the manifests",
-        "seen": f"{result['samples']:,} samples in {result['steps']:,} steps of {config.train.batch} "
+        "samples": f"{result['samples']:,} samples in {result['steps']:,} steps of {config.train.batch} "
         f"({result[f'train_{seen}']:,} distinct {seen})",
-        "took": "{minutes:.0f} min of wall time on {device}, {precision}".format(
+        "training time": "{minutes:.0f} min of wall time on {device}, {precision}".format(
             minutes=result["seconds"] / 60, **result
         ),
-        **({"began with": f"weights of `{config.started_from.name}`"} if config.started_from else {}),
+        **({"initialised with": f"weights of `{config.started_from.name}`"} if config.started_from else {}),
         "seed": str(config.train.seed),
         "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",

@@ -97,10 +97,10 @@ def _masks(reader: DatasetReader, images: list[ImageRecord], where: dict[str, st
         boxes = tuple(clock.timed("detector", detect, image))[:_OBJECTS]
         boxed = replace(image, detections=boxes)
         seen = replace(image, detections=tuple(clock.timed("segmenter", segment, boxed)))
-        told = replace(seen, detections=taken_by(plain, seen.detections, _KIND))
-        clock.timed("poses", plain.estimate, told)
-        clock.timed("poses with ICP", refined.estimate, told)
-        clock.timed("poses with ICP, kind not told", refined.estimate, seen)
+        known = replace(seen, detections=taken_by(plain, seen.detections, _KIND))
+        clock.timed("poses", plain.estimate, known)
+        clock.timed("poses with ICP", refined.estimate, known)
+        clock.timed("poses with ICP, unknown kind", refined.estimate, seen)
         counts.append(len(boxes))
     found = clock.medians()
     total = found["detector"] + found["segmenter"] + found["poses with ICP"]

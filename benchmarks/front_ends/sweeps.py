@@ -24,7 +24,7 @@ from warehouse_sim.resources import model_dir
 LEAST_POINTS = 30
 """Pallets with fewer are not requested; what is found on them is neither right nor wrong."""
 _EVERY = DetectConfig(least_score=0.01, threads=1)
-"""Average precision asks for all that is found, however unsure."""
+"""Average precision requires all that is found, however unsure."""
 
 
 @dataclass(frozen=True)

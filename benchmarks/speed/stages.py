@@ -101,7 +101,7 @@ def _with_normals() -> Iterator[None]:
 
 @contextmanager
 def _rendered_before_read() -> Iterator[None]:
-    # Drivers draw when somebody asks for the pixels: without waiting first, all drawing would count as read-back.
+    # Drivers draw when somebody requires the pixels: without waiting first, all drawing would count as read-back.
     read = ImageTargets.read
 
     def wait_and_read(targets: ImageTargets, *arguments: Any, **keywords: Any) -> Any:

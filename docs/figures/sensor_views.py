@@ -1,4 +1,4 @@
-"""Views of a settled warehouse, with all that a sensor model asks for, to draw what the sensors make of them."""
+"""Views of a settled warehouse, with all that a sensor model requires, to draw what the sensors make of them."""
 
 from dataclasses import dataclass, replace
 

@@ -17,7 +17,7 @@ def nothing(image: Any) -> list[Any]:
 
 
 class Knowing:
-    """An object of the shape that the documentation asks for."""
+    """An object of the shape that the documentation requires."""
 
     def __init__(self, oracle: Any = nothing) -> None:
         self.oracle = oracle

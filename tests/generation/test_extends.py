@@ -178,7 +178,7 @@ def test_a_dataset_of_an_extended_recipe_has_the_bytes_of_a_copys(tmp_path: Path
 
 
 def test_a_light_preset_replaces_what_the_extended_recipe_says_of_light(tmp_path: Path) -> None:
-    """The demo asks for 180-320 lx; night has its own 0.5-2 lx, and luminaires stay where they hang."""
+    """The demo requires 180-320 lx; night has its own 0.5-2 lx, and luminaires stay where they hang."""
     path = tmp_path / "dark.yaml"
     path.write_text("extends: demo\nscene: {lights: {preset: night}}\n")
     lights, demo = load_recipe(str(path)).scene.lights, load_recipe("demo").scene.lights

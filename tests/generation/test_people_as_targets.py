@@ -1,4 +1,4 @@
-"""People and trucks at work are labelled where a recipe asks for them."""
+"""People and trucks at work are labelled where a recipe requires them."""
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.generation.plan import target_models

@@ -74,7 +74,7 @@ def test_each_group_is_one_pallet_and_cartons_of_one_sku() -> None:
 
 
 def test_the_default_scene_is_lit_like_a_warehouse() -> None:
-    # EN 12464-1 asks for 200 lx where people work in a store and 300 lx where they read labels.
+    # EN 12464-1 requires 200 lx where people work in a store and 300 lx where they read labels.
     for index in range(5):
         scene = sample_scene(SceneRecipe(), 0, index)
         points = floor_points(scene)

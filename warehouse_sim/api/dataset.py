@@ -39,7 +39,7 @@ class Dataset(Sequence[Observation]):
         <Dataset smoke at 'out': 2 observations in 1 scene (train 2)>
 
     Args:
-        path: Folder, of this package or of others (BOP, KITTI, COCO, YOLO, LINEMOD, plain images).
+        path: Folder, of this package or a third-party one (BOP, KITTI, COCO, YOLO, LINEMOD, plain images).
     """
 
     @checked

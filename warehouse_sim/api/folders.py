@@ -37,7 +37,7 @@ def validate(data: Dataset | str | Path, progress: Callable[[float, str], None] 
         (True, 'manifest')
 
     Args:
-        data: The dataset, of this package or of others.
+        data: The dataset, of this package or a third-party one.
         progress: Called with the fraction that is done and the name of the check that runs.
 
     Returns:
@@ -67,7 +67,7 @@ def convert(
         1
 
     Args:
-        data: The dataset, of this package or of others.
+        data: The dataset, of this package or a third-party one.
         out: Folder to make.
         formats: Formats to write, such as "coco" or ["bop", "coco"].
         resume: Go on with a run that was interrupted; finished scenes are kept.

@@ -51,7 +51,7 @@ class Scene:
 
     Raises:
         UnknownNameError: There is no such recipe.
-        PlacementError: The recipe asks for more than fits.
+        PlacementError: The recipe requires more than fits.
     """
 
     @checked
@@ -179,7 +179,7 @@ class Scene:
                 that one plan gives many scenes.
 
         Returns:
-            The scene itself; what is added later asks for another ``settle``.
+            The scene itself; what is added later requires another ``settle``.
 
         Raises:
             SettleError: Objects overlap, or do not come to rest.

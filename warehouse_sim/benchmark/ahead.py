@@ -16,7 +16,7 @@ from warehouse_sim.errors import WarehouseSimError, WorkerError
 from warehouse_sim.evaluation import ScoreConfig
 from warehouse_sim.generation.executor import Work, make_scenes
 
-Told = Callable[[int, int], None]
+OnTask = Callable[[int, int], None]
 
 
 class Task(Protocol):
@@ -32,7 +32,7 @@ class Task(Protocol):
 
 @dataclass(frozen=True)
 class Question:
-    """One entrant, asked under one condition."""
+    """One entrant under one condition."""
 
     member: Entrant
     condition: ConditionConfig
@@ -57,15 +57,15 @@ class Question:
         return Opened(self.data, _reader(self.data.root), {}, self.split)
 
 
-def make_ahead(tasks: Sequence[Task], workers: int, told: Told = lambda done, total: None) -> set[int]:
+def make_ahead(tasks: Sequence[Task], workers: int, report: OnTask = lambda done, total: None) -> set[int]:
     """Make what is not made yet, each task by one of several processes with a processor each, and return which were.
 
-    What cannot be made is left to whoever asks for it next, who then names the reason.
+    What cannot be made is left to whoever requires it next, who then names the reason.
 
     Args:
         tasks: What is wanted.
         workers: Processes; with 1, or where less than two tasks are left, nothing is made ahead.
-        told: Called with the tasks that are done and with how many there are.
+        report: Called with the tasks that are done and with how many there are.
 
     Returns:
         Numbers of the tasks that were made now.
@@ -79,7 +79,7 @@ def make_ahead(tasks: Sequence[Task], workers: int, told: Told = lambda done, to
     with suppress(WorkerError):  # Its message speaks of scenes.
         for number, is_made in make_scenes(partial(_open, tuple(tasks)), 0, left, workers):
             done += 1
-            told(done, len(left))
+            report(done, len(left))
             if is_made:
                 made.add(number)
     return made

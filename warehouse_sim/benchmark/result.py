@@ -1,4 +1,4 @@
-"""The result of a suite as a file: what was evaluated of whom on which data, and every number with its interval."""
+"""The result of a suite as a file: estimators, data, and every number with its interval."""
 
 import os
 import platform
@@ -22,7 +22,7 @@ class DataFacts:
 
     name: str
     recipe: str
-    """Empty of others' data."""
+    """Empty for third-party data."""
     recipe_sha256: str
     """Of the resolved recipe with seed, scenes, formats and backend, its first digits; of others' data: of the labels.
     """
@@ -32,7 +32,7 @@ class DataFacts:
     ground_truths: int
     """Those that count: at least 10 % visible."""
     left_out_of_docking: dict[str, int] = field(default_factory=dict)
-    """Pallets that docking is not requested of, by reason."""
+    """Pallets for which docking is not evaluated, by reason."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Run a suite: make what is missing, ask everyone, score, compare, and write the result."""
+"""Run a suite: generate missing data, run all estimators, score, compare, and write the result."""
 
 import os
 import time
@@ -165,10 +165,10 @@ def _open_data(run: _Run) -> None:
 
 
 def _made(run: _Run, name: str, data: DataConfig) -> MadeSet:
-    def told(done: int, total: int) -> None:
+    def report(done: int, total: int) -> None:
         run.progress(0.0, f"data {name}: {done} of {total} scenes")
 
-    return made(name, data, run.config.out, run.config.workers, told)
+    return made(name, data, run.config.out, run.config.workers, report)
 
 
 def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
@@ -179,11 +179,11 @@ def _train(run: _Run, roots: Mapping[str, Path] | None = None) -> None:
     _train_ahead(run, known)
     for name, training in run.suite.trainings.items():
 
-        def told(fraction: float, note: str, title: str = f"training {name}") -> None:
+        def report(fraction: float, note: str, title: str = f"training {name}") -> None:
             run.progress(0.0, f"{title}: {fraction:.0%}, {note}")
 
         try:
-            run.groups += trained(name, training, known, run.config.out, told)
+            run.groups += trained(name, training, known, run.config.out, report)
         except _CANNOT as problem:
             _leave_out(run, name, "training", problem)
 
@@ -198,7 +198,7 @@ def _train_ahead(run: _Run, roots: Mapping[str, Path]) -> None:
 
 
 def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
-    """Ask the suite's questions of a third-party folder, by the protocol of the dissertation."""
+    """Run the suite on a third-party folder, by the protocol of the dissertation."""
     run.suite, opened, rules = on_folder(run.suite, data)
     run.opened[opened.made.name] = opened
     run.groups = [entrant(name) for name in estimators or run.suite.estimators]
@@ -245,12 +245,12 @@ def _ask(run: _Run) -> None:
     _ask_ahead(run, [(name, item, member) for name, item, group in evaluated for member in group.members])
     for number, (name, condition, group) in enumerate(evaluated):
 
-        def told(fraction: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
+        def report(fraction: float, note: str, number: int = number, title: str = f"{group.name}, {name}") -> None:
             run.progress((number + fraction) / len(evaluated), f"{title}: {note}")
 
-        told(0.0, "evaluated")
+        report(0.0, "evaluated")
         try:
-            answer = _answer(run, name, condition, group, told)
+            answer = _answer(run, name, condition, group, report)
         except _CANNOT as problem:
             _leave_out(run, group.name, name, problem)
             continue
@@ -282,13 +282,13 @@ def _is_evaluated(group: Group) -> bool:
     return isinstance(group.members[0], Evaluated)
 
 
-def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, told: Progress) -> Answer:
+def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, report: Progress) -> Answer:
     opened = run.opened[condition.data]
     found: list[Scores] = []
     for member in group.members:
         is_new = (name, member) in run.made_now
         overwrite = run.config.overwrite and not is_new
-        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), overwrite, told)
+        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), overwrite, report)
         run.reused += reused and not is_new
         found.append(scores)
     return Answer(group, name, opened, tuple(found))

@@ -32,7 +32,7 @@ class Opened:
     made: MadeSet
     reader: DatasetReader
     points: dict[tuple[int, int, int], int]
-    """LiDAR points on each ground truth, where a grouping asks for them."""
+    """LiDAR points on each ground truth, where a grouping requires them."""
     split: str = SPLITS[0]
     """Which is scored."""
 

@@ -30,11 +30,11 @@ class MadeSet:
     name: str
     root: Path
     recipe_sha256: str = ""
-    """Of the resolved recipe with seed, number of scenes, formats and backend; empty of others' data."""
+    """Of the resolved recipe with seed, number of scenes, formats and backend; Empty for third-party data."""
     recipe: str = ""
-    """Recipe that it comes from; empty of others' data."""
+    """Recipe that it comes from; Empty for third-party data."""
     seed: int | None = None
-    """None of others' data."""
+    """None for third-party data."""
 
 
 Progress = Callable[[int, int], None]
@@ -90,7 +90,7 @@ def recipe_of(name: str, data: DataConfig, out: Path) -> Recipe:
     """
     own = {
         "extends": data.recipe if not data.recipe.endswith((".yaml", ".yml")) else str(Path(data.recipe).resolve()),
-        "description": f"{data.recipe}, as a suite of the benchmark asks for it",
+        "description": f"{data.recipe}, as a suite of the benchmark requires it",
         "scene": {"observations_per_scene": data.observations},
         "split": _TRAINED_ON if data.trained_on else _SCORED,
     }

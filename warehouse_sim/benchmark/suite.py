@@ -57,7 +57,7 @@ class ConditionConfig:
 
 @dataclass(frozen=True)
 class CompareConfig:
-    """A paired effect: the same ground truths, asked twice with one thing changed, or of two estimators."""
+    """A paired effect: the same ground truths, evaluated twice with one thing changed, or with two estimators."""
 
     factor: str
     """What differs, as tables call it."""
@@ -120,7 +120,7 @@ class ApproachConfig:
     levels: tuple[str, ...] = ("base",)
     """Conditions of docs/closed_loop.md."""
     estimators: tuple[str, ...] = ()
-    """Who of those that the suite asks; by default all that see images. The ground truth always drives."""
+    """Which estimators of the suite drive; by default all that read images. The ground truth always drives."""
 
 
 @dataclass(frozen=True)
@@ -152,15 +152,15 @@ class Suite:
     """One question of the benchmark."""
 
     version: Annotated[int, Range(1, 1000)]
-    """Counts up when recipe, seeds, conditions or metrics change, 1-1,000: numbers of two versions do not compare."""
+    """Counts up when recipe, seeds, conditions or metrics change, 1-1,000: do not compare numbers of two versions."""
     question: str
-    """What it asks, in a sentence."""
+    """Its question, in one sentence."""
     dissertation: str = ""
-    """Which tables and figures of the dissertation ask the same; empty where none does."""
+    """Tables and figures of the dissertation with the same question; empty without one."""
     data: dict[str, DataConfig] = field(default_factory=dict)
-    """What is made, by name."""
+    """Datasets to generate, by name."""
     estimators: tuple[str, ...] = ()
-    """Whom it asks where nobody says: ``gt`` and ``shuffled`` bound every metric, then a baseline."""
+    """Estimators by default: ``oracle`` and ``shuffled`` bound every metric, then a baseline."""
     conditions: dict[str, ConditionConfig] = field(default_factory=dict)
     """What is evaluated, by name; by default each dataset as it is."""
     metrics: tuple[str, ...] = ("add_2pct", "add_5pct", "add_10pct", "pose_5cm_5deg", "dock_0mm", "dock_20mm")

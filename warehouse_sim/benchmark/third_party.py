@@ -19,12 +19,12 @@ LINEMOD_OBJECTS = (1, 2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15)
 KITTI_CLASSES = ("Car", "Pedestrian")
 _NEAR, _ENOUGH_POINTS = 7.0, 100
 _ALWAYS = ("oracle", "shuffled", "rectangle-fit", "icp-multistart")
-"""Estimators by default: bundled networks know no object of others."""
+"""Estimators by default: bundled networks do not know third-party objects."""
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """Which ground truths of others count, and what is said of them."""
+    """Which third-party ground truths count, and their description."""
 
     kind: str
     """``linemod`` or ``kitti``."""
@@ -84,9 +84,9 @@ def protocol(suite: Suite, reader: DatasetReader, data: Path) -> Protocol:
 
 
 def on_folder(suite: Suite, data: Path) -> tuple[Suite, Opened, Protocol]:
-    """Return a suite that asks the same of a folder, the folder, and which of its ground truths count.
+    """Return the suite for a folder, the folder, and which of its ground truths count.
 
-    Conditions that differ in nothing but the data become one; of KITTI, which has no CAD, docking is not asked.
+    Conditions that differ in nothing but the data become one; docking is not evaluated on KITTI, which has no CAD.
 
     Raises:
         InputError: The suite does not take such a folder.

@@ -18,7 +18,7 @@ def require_fitting(name: str, model: Any) -> None:
     if not isinstance(model, ObjectModel):
         raise ConfigError(f"{where}: its builder must return an ObjectModel, found {type(model).__name__}")
     if model.name != name:
-        raise ConfigError(f"{where}: its model is called {model.name!r}; a model bears the name it is registered by")
+        raise ConfigError(f"{where}: its model is called {model.name!r}; a model has the name it is registered by")
     if model.obj_id < FIRST_OBJ_ID:
         raise ConfigError(f"{where}: obj_id must be {FIRST_OBJ_ID} or more, found {model.obj_id}")
     own, shipped = {material.name for material in model.materials}, materials()

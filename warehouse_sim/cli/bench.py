@@ -50,14 +50,14 @@ def bench(
     failed = False
     for name in suite_names() if suite == "all" else [suite]:
         loaded = load_suite(name)
-        # Of all suites, only that of recorded frames asks for a folder of them.
+        # Of all suites, only that of recorded frames requires a folder of them.
         given = data if suite != "all" or "recorded" in loaded.takes else None
         command = ["warehouse-sim", "bench", name, *(["--estimators", *estimators] if estimators else [])]
         command += [*(["--quick"] if quick else []), *(["--data", given.name] if given else [])]
         try:
             with fraction_progress(loaded.title) as progress:
-                told = replace(config, command=shlex.join(command))
-                result = run_suite(loaded, estimators, quick, told, progress, given)
+                with_command = replace(config, command=shlex.join(command))
+                result = run_suite(loaded, estimators, quick, with_command, progress, given)
         except WarehouseSimError as problem:
             if suite != "all":
                 raise

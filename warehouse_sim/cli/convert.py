@@ -1,4 +1,4 @@
-"""``warehouse-sim convert``: a dataset that is there, ours or others', is written in further formats."""
+"""``warehouse-sim convert``: a dataset that is there, ours or third-party, is written in further formats."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ def convert(
     """Write a dataset in other formats, scene by scene; images are linked where the disk can, not copied.
 
     Args:
-        data: Dataset folder, of this package or of others.
+        data: Dataset folder, of this package or a third-party one.
         to: Formats to write, see ``warehouse-sim list``.
         out: Dataset folder to make.
         resume: Go on with a run that was interrupted; finished scenes are kept.

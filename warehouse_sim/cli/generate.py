@@ -111,7 +111,7 @@ def generate(
         _name(problem.scenes, alone)
         raise
     _name(manifest.missing, alone)
-    _tell(out, manifest)
+    _print_facts(out, manifest)
     if shard is None:
         finish(out, "validate", out)
     else:
@@ -125,11 +125,11 @@ def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool, o
 
     with count_progress("shards") as progress:
         run(tuple(shards), out, resume, progress, skip_failed, overwrite)
-    _tell(out, read_manifest(out))
+    _print_facts(out, read_manifest(out))
     finish(out, "validate", out)
 
 
-def _tell(out: Path, manifest: "Manifest") -> None:
+def _print_facts(out: Path, manifest: "Manifest") -> None:
     """Print what the scenes came out as."""
     from warehouse_sim.dataset.card.realised import missing_test, realised
 

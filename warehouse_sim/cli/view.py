@@ -10,7 +10,7 @@ from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.optional import require_extra
 
 _PICTURES = 6
-"""Images on the contact sheet where nobody says."""
+"""Images on the contact sheet by default."""
 
 
 def view(

@@ -48,7 +48,7 @@ def discard_dataset(root: Path) -> None:
     layout = DatasetLayout(root)
     stated = layout.manifest if layout.manifest.is_file() else layout.unfinished
     try:
-        load_manifest(stated)  # Projects of others have a manifest.json, too.
+        load_manifest(stated)  # Other projects have a manifest.json, too.
     except DatasetError as problem:
         raise DatasetError(
             f"{root}: is not empty and holds no dataset of warehouse_sim; remove it yourself or choose another folder"

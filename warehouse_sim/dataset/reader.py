@@ -77,7 +77,7 @@ class DatasetReader:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the manifest, by which scores and runs find the dataset again; else of the labels of others."""
+        """SHA-256 of the manifest, by which scores and runs find the dataset again; else of third-party labels."""
         if self.manifest is not None:
             return hashlib.sha256(DatasetLayout(self.root).manifest.read_bytes()).hexdigest()
         digest = hashlib.sha256()

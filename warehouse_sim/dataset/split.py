@@ -54,7 +54,7 @@ def split_scenes(
         DatasetError: There is no scene to split.
     """
     if scene_count < 1:
-        raise DatasetError(f"a dataset needs at least one scene, found {scene_count}; ask for more with --scenes")
+        raise DatasetError(f"a dataset needs at least one scene, found {scene_count}; request more with --scenes")
     counts = _counts(scene_count, config)
     if features is None:
         ends = np.cumsum([counts[name] for name in SPLITS])

@@ -70,9 +70,9 @@ class DatasetStore:
             DatasetError: The folder holds something else, or a dataset or shard that differs from this one.
         """
         self.claim(resume, shard)
-        self.tell(models, camera)
+        self.store_objects(models, camera)
 
-    def tell(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
+    def store_objects(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Store the geometries that a label can name, as the second half of ``begin``; again where more have come.
 
         Args:
@@ -123,7 +123,7 @@ class DatasetStore:
             renderer: Description of the renderer that draws the observations.
             occlusion: Plain data on how requests for a visible fraction were met, if there were any.
             paired_variants: Name and scene of each variant beside the scene itself.
-            origin: Plain data on where others' observations come from.
+            origin: Plain data on where third-party observations come from.
             accessibility: Which sides of its pallets a truck can take them by, by instance id.
 
         Raises:

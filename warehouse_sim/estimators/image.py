@@ -89,9 +89,9 @@ class Detection:
     box_xyxy: tuple[float, float, float, float] | None = None
     """Left, top, right and bottom (px); pixels whose centres lie within belong to it. Not needed beside a mask."""
     class_name: str = ""
-    """Its class ("pallet"), where the detector tells no more; empty where nobody knows."""
+    """Its class ("pallet"), where the detector tells no more; empty if unknown."""
     mask_probability: Float32[np.ndarray, "h w"] | None = None
-    """How likely each pixel is its own, 0-1; None where nobody says."""
+    """How likely each pixel is its own, 0-1; None if not stated."""
     may_be: tuple[str | int, ...] = ()
     """Which CAD geometries it may be where ``model`` is None; without any, all of its class that are known."""
 
@@ -157,9 +157,9 @@ class RgbdImage:
     scene_id: int = 0
     image_id: int = 0
     T_world_camera: Transform | None = None
-    """Where the camera is, above the floor z = 0; None where nobody knows. No network reads it."""
+    """Where the camera is, above the floor z = 0; None if unknown. No network reads it."""
     gravity: Direction | None = None
-    """Unit vector that points down, in the camera frame; None where nobody knows."""
+    """Unit vector that points down, in the camera frame; None if unknown."""
     sweep: SweepView | None = None
     """What a LiDAR reads around it, for what looks at sweeps; None where nothing does, or there is none."""
 

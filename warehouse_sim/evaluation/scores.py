@@ -63,7 +63,7 @@ class Scores:
     docking_failures: dict[str, int]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
     docking_left_out: dict[str, int]
-    """Ground truths with pockets that docking is not requested of, by reason; "no clearance for 20 mm" is of that
+    """Ground truths with pockets for which docking is not evaluated, by reason; "no clearance for 20 mm" is of that
     margin."""
     trust: Trust
     """What scores, bounds and rejections are worth."""
@@ -147,7 +147,7 @@ class Scores:
         return lines + self._left_out_lines()
 
     def _left_out_lines(self) -> list[str]:
-        """Return what docking is not requested of, and why."""
+        """Return which pallets docking is not evaluated for, and why."""
         pockets, evaluated = int(self.table.has_pockets.sum()), self.overall.dockable_count
         if not pockets:
             return []
@@ -155,12 +155,12 @@ class Scores:
         unknown = int((self.table.has_pockets & (self.table.verdict == "")).sum())
         if unknown:
             lines.append(
-                f"asked:   of {unknown} pallets the dataset does not say whether a truck can reach them, they are "
+                f"evaluated: of {unknown} pallets the dataset does not say whether a truck can reach them, they are "
                 "evaluated all the same; generate the dataset again to have it"
             )
         if self.docking_left_out:
             reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())
-            lines.append(f"asked:   {evaluated} of {pockets} pallets; left out: {reasons}")
+            lines.append(f"evaluated: {evaluated} of {pockets} pallets; left out: {reasons}")
         stacks = next((item for item in self.groups.get("stacking", ()) if item.label == "stacked"), None)
         if stacks is not None and stacks.dockable_count:
             margins = self.settings["metrics"]["docking_margin_mm"]

@@ -118,7 +118,7 @@ def docking_failures(table: ErrorTable) -> dict[str, int]:
 
 
 def docking_left_out(table: ErrorTable, margins_mm: Sequence[int]) -> dict[str, int]:
-    """Count the ground truths with pockets that docking is not requested of by the reason, the most frequent first.
+    """Count the ground truths with pockets for which docking is not evaluated, by reason, the most frequent first.
 
     Those in stacks come under "stacked" whatever their faces; those that a truck can take and that do not leave a
     margin at the true pose under "no clearance for 20 mm", which holds for that margin alone.
@@ -158,7 +158,7 @@ def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> Non
 
 
 def _require_places(images: Sequence[ImageRecord], split: str, data: Path) -> None:
-    """Reject images that estimates, which name scene and image only, cannot tell apart."""
+    """Reject images that estimates, which name scene and image only, cannot distinguish."""
     twice = [place for place, count in Counter((item.scene_id, item.image_id) for item in images).items() if count > 1]
     if twice:
         raise EvaluationError(

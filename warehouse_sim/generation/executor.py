@@ -131,7 +131,7 @@ class _Worker:
             self.pipe.send_bytes(open_work)
 
     def begin(self, scene_index: int) -> None:
-        """Ask for a scene."""
+        """Require a scene."""
         self.scene_index, self.since = scene_index, time.monotonic() + (0.0 if self.is_open else _START_S)
         with suppress(OSError):
             self.pipe.send(scene_index)
@@ -282,7 +282,7 @@ def _in_main_thread() -> bool:
 
 
 def _serve(pipe: Connection, of_main_thread: bool) -> None:
-    """Make scenes until nobody asks for one."""
+    """Make scenes until nobody requires one."""
     if of_main_thread:
         end_at_once_with_parent()  # Seconds later it might still write, where another run has begun to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The terminal sends it to all; the first process decides.

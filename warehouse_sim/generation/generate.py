@@ -21,7 +21,7 @@ from warehouse_sim.render import BACKENDS, open_renderer
 from warehouse_sim.render.renderer import Renderer
 
 _OBSERVATION_LIMIT_S = 600.0
-"""What a try of a scene may take for each of its observations, where nobody says."""
+"""What a try of a scene may take for each of its observations, by default."""
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of finished scenes and of all scenes."""
 

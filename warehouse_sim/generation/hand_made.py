@@ -57,7 +57,7 @@ def draft(recipe: Recipe | None, seed: int) -> HandMade:
     """Return scene 0 of a recipe with this seed before it settles; an empty hall without a recipe.
 
     Raises:
-        PlacementError: What the recipe asks for fits in no attempt.
+        PlacementError: What the recipe requires fits in no attempt.
     """
     if recipe is None:
         return HandMade(empty_scene(seed), None)
@@ -162,7 +162,7 @@ def observe(
         rig: The sensors.
         recipe: What the scene was sampled from.
         backend: What renders.
-        is_requested: Whether views and occluders are chosen by the visible fractions that the recipe asks for.
+        is_requested: Whether views and occluders are chosen by the visible fractions that the recipe requires.
 
     Raises:
         RenderError: No renderer can be opened.

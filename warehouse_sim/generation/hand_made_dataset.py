@@ -93,7 +93,7 @@ class HandMadeDataset:
         if self._first is None:
             store.begin(list(self._models.values()), camera)
         elif added:
-            store.tell(list(self._models.values()), camera)
+            store.store_objects(list(self._models.values()), camera)
         self._first, self._each, self._manifest = first, len(takes), manifest
         write_manifest(DatasetLayout(self.root).unfinished, manifest)
         self._store(store, takes, index)

@@ -17,7 +17,7 @@ def recipe_licences(recipe: dict[str, Any], plugins: Iterable[str]) -> dict[str,
 
     Args:
         recipe: As plain data.
-        plugins: Packages of others that take part.
+        plugins: Third-party packages that take part.
     """
     named = [file for text in _texts(recipe) if (file := text.partition("#")[0]).lower().endswith(_BROUGHT)]
     return data_licences(texture_licence(), named, plugins)

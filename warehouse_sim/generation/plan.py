@@ -142,7 +142,7 @@ class DatasetPlan:
     """A dataset before any of it is made."""
 
     manifest: Manifest
-    """With the splits that the recipe asks for."""
+    """With the splits that the recipe requires."""
     models: list[ObjectModel]
     """Each geometry that a label can name."""
     camera: PinholeCamera

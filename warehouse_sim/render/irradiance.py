@@ -8,7 +8,7 @@ which is exact for the walls, shelves and cartons that fill a warehouse.
 Glowing materials light nothing here: in a warehouse they are the faces of luminaires, and those are lights already.
 
 The light meter of ``generation`` solves the same equation and stays apart: it is an instrument, this is a part of a
-image. The meter asks for a few points of exact triangles by random walks, to scale the lights and to label targets,
+image. The meter requires a few points of exact triangles by random walks, to scale the lights and to label targets,
 and must not change with what draws; this needs thousands of points at once, on coarse geometry, smooth enough for the
 eye and cheap enough for every scene. They share the falloff of lights (``photometry``), the ground's fraction of the
 sky (``light_selection.GROUND``) and the one binding of Embree, so that a light means the same to both.

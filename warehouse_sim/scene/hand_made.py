@@ -38,7 +38,7 @@ LOOSE = frozenset(
         "corner_post",
     )
 )
-"""Classes of the catalog that physics moves where nobody says; all else of it stands fixed."""
+"""Classes of the catalog that physics moves by default; all else of it stands fixed."""
 HALL = HallConfig(floor="jointed", walls="cladding", roof=True, length=24.0, width=16.0, height=7.0)
 """Around the origin, x along it."""
 LIGHTS = LightingConfig(rows=2, luminaires=4, mounting_height=None)
@@ -82,7 +82,7 @@ def empty_scene(seed: int) -> SceneSpec:
 
 
 def is_loose(model: ObjectModel) -> bool:
-    """Return whether physics moves an object where nobody says: what people and trucks set down."""
+    """Return whether physics moves an object by default: what people and trucks set down."""
     own = model.class_name not in shipped_classes()
     return model.mass > 0.0 and bool(model.collision) and (own or model.class_name in LOOSE)
 

@@ -36,7 +36,7 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     Raises:
         RecipeError: A number is negative.
         ConfigError: The values drawn for random settings do not go together.
-        PlacementError: What the recipe asks for does not fit; the message names the scene.
+        PlacementError: What the recipe requires does not fit; the message names the scene.
     """
 
     def stream(stage: str) -> np.random.Generator:

@@ -28,7 +28,7 @@ class Surfaces:
     metallic: Image
     """0 for dielectrics, 1 for metals."""
     reflected: Reflected | None = None
-    """Light by way of smooth surfaces, for sensors that ask for it."""
+    """Light by way of smooth surfaces, for sensors that require it."""
 
 
 def see_surfaces(

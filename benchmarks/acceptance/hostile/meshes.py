@@ -113,7 +113,7 @@ def _write_ply(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
 
 
 def _write_glb(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Write the least that the glTF 2.0 specification asks for; libraries would repair what is hostile."""
+    """Write the least that the glTF 2.0 specification requires; libraries would repair what is hostile."""
     points, indices = vertices.astype("<f4"), np.asarray(faces).astype("<u4")
     binary = points.tobytes() + indices.tobytes()
     content = {

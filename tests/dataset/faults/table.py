@@ -102,8 +102,8 @@ FAULTS = (
     Fault("sweep of another frame", scans.sweep_of_another_frame, "kitti points in boxes", "are outside its box"),
     # Lists, records, checksums.
     Fault("test frame in train.txt", lists.frame_of_test_in_train, "kitti files", "is not the manifest's split"),
-    Fault("target missing in the list", lists.target_missing, "bop targets", "does not ask for what"),
-    Fault("target counted wrong", lists.target_counted_wrong, "bop targets", "does not ask for what"),
+    Fault("target missing in the list", lists.target_missing, "bop targets", "does not list what"),
+    Fault("target counted wrong", lists.target_counted_wrong, "bop targets", "does not list what"),
     Fault("a floor of another class", lists.record_of_another_class, "scene records", "is 'seven'"),
     Fault("record of another seed", lists.record_of_another_seed, "scene records", "the manifest says scene"),
     Fault("records of two scenes exchanged", lists.records_exchanged, "bop tables", "the camera is not where"),

@@ -13,7 +13,7 @@ SHAPES = [(1, 1), (1, 9), (9, 1), (2, 2), (3, 257), (61, 40)]
 
 
 def random_image(seed: int, shape: tuple[int, int], kind: str) -> np.ndarray:
-    """An image of one kind: noise, smooth with noise, or flat with specks, which ask for different codes."""
+    """An image of one kind: noise, smooth with noise, or flat with specks, which require different codes."""
     rng = np.random.default_rng(seed)
     dtype, channels = {"grey8": (np.uint8, 1), "grey16": (np.uint16, 1), "rgb": (np.uint8, 3)}[kind]
     size = (*shape, 3) if channels == 3 else shape

@@ -1,4 +1,4 @@
-"""What a format cannot hold at all is rejected before there is a folder, with the setting that asks for it."""
+"""What a format cannot hold at all is rejected before there is a folder, with the setting that requires it."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -67,7 +67,7 @@ def test_pycocotools_reads_them_and_scores_alike(root: Path, tmp_path: Path, kin
             evaluation.evaluate()
             evaluation.accumulate()
         pallets = [item for item in found if item.class_name == "pallet"]
-        # COCO asks for what is at least a tenth visible, however small.
+        # COCO requires what is at least a tenth visible, however small.
         scores = score_detections(pallets, reader, reader.images("train"), Evaluated(0.1, 0.0))
         mine = next(item for item in scores if item.class_name == "pallet").precision
         name = "box" if kind == "bbox" else "mask"

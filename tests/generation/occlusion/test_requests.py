@@ -153,7 +153,7 @@ def test_a_target_behind_a_wall_and_a_full_hall_are_reported() -> None:
     config, low = replace(CONFIG, tries=20), ViewpointsConfig(height=Distribution.constant(0.5))
     wall = [("drum_steel_216_black", x, -0.75) for x in np.arange(-3.0, 3.1, 0.57)]
     hidden = single(hall(*wall, loose=False), config, low)
-    assert hidden.reasons == {"every target seen is hidden more than asked": 1}
+    assert hidden.reasons == {"every target seen is hidden more than requested": 1}
     drums = [("drum_steel_216_black", x, y) for x in np.arange(-4.6, 4.7, 0.6) for y in np.arange(-4.6, -1.0, 0.6)]
     full = hall(*drums, loose=False)
     away = Viewpoint(level_camera(np.array([0.0, -4.5, 2.0]), -np.pi / 2))

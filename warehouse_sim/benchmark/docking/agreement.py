@@ -110,7 +110,7 @@ def least_clearance(row: Row) -> float:
     return min(float("-inf") if value is None else value for value in row["swept"]["clearance"].values())
 
 
-def told(row: Row) -> str:
+def described(row: Row) -> str:
     """Return a disagreement as a line."""
     errors = row["swept"]["errors"]
     offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))

@@ -40,7 +40,7 @@ class Question:
 
 
 def why_not(station: Station, face: DockingFace, truck: TruckConfig, verdict: str) -> str:
-    """Return why docking does not ask for this pallet from this side, as the scores have it; "" where it does.
+    """Return why docking is not evaluated for this pallet from this side, as the scores have it; "" where it does.
 
     Args:
         station: The pallet.

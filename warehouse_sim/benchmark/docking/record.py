@@ -1,4 +1,4 @@
-"""What both judges say of a question, asked once."""
+"""The results of both judges for one pose, computed once."""
 
 import hashlib
 import json

@@ -62,7 +62,7 @@ class Source:
         self.root, self.predictions = Path(data), Path(file) if file else None
         self.is_dataset = is_dataset(self.root)
         self.left_out: dict[str, int] = {}
-        """How many pallets were not asked, by reason."""
+        """How many pallets were not evaluated, by reason."""
         self.label = (Path(data).name if self.is_dataset else Path(data).stem) + (
             f" {self.root_method}" if file else ""
         )

@@ -1,4 +1,4 @@
-"""What the simulated truck says of a file of predictions, as suites ask it."""
+"""The simulated truck on a file of predictions, for suites."""
 
 from collections.abc import Sequence
 from pathlib import Path

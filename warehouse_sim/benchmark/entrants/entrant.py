@@ -114,18 +114,18 @@ class Evaluated:
 
     def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
         """Return its weights by their hash, its settings, and what is done to what it sees."""
-        told = self.told(condition)
-        names = [*self.way.parts, *told.detections.split("+")]
+        config = self.config_under(condition)
+        names = [*self.way.parts, *config.detections.split("+")]
         return {
             "kind": "estimator",
             "model": self.way.model if not Path(self.way.model).is_dir() else "run folder",
             "weights_sha256": {Path(name).name: found for name in names if (found := weights_digest(name))},
-            "predict": to_mapping(told),
+            "predict": to_mapping(config),
             "disturb": condition.disturb,
             "version": __version__,
         }
 
-    def told(self, condition: ConditionConfig) -> PredictConfig:
+    def config_under(self, condition: ConditionConfig) -> PredictConfig:
         """Return its settings of prediction under a condition.
 
         Raises:
@@ -138,7 +138,9 @@ class Evaluated:
         self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return what the estimator says."""
-        return answers(replace(self.way, config=self.told(condition)), reader, split, condition.disturb, progress)
+        return answers(
+            replace(self.way, config=self.config_under(condition)), reader, split, condition.disturb, progress
+        )
 
 
 @dataclass(frozen=True)

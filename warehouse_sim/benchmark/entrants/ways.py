@@ -82,17 +82,17 @@ def way_of(method: str) -> Way:
     if Path(method).is_dir():
         return Way(method, PredictConfig(selection="consensus", refine="icp"))
     model, *words = method.split("+")
-    told: dict[str, object] = {}
+    options: dict[str, object] = {}
     for word in words:
         if word not in _WORDS:
             raise UnknownNameError(f"word of {method!r}", word, list(_WORDS))
-        told |= _WORDS[word]
+        options |= _WORDS[word]
     if not _has_stages(model):
         if beside := [word for word in words if set(_WORDS[word]) & set(_OF_TRAINED)]:
             raise InputError(f"{model} needs no training and decides by verification itself: leave +{beside[0]} out")
-        return Way(model, replace(PredictConfig().without_stages(), **told))  # type: ignore[arg-type]
-    default = PredictConfig(selection="consensus", refine="none" if "selection" in told else "icp")
-    return Way(model, replace(default, **told))  # type: ignore[arg-type]
+        return Way(model, replace(PredictConfig().without_stages(), **options))  # type: ignore[arg-type]
+    default = PredictConfig(selection="consensus", refine="none" if "selection" in options else "icp")
+    return Way(model, replace(default, **options))  # type: ignore[arg-type]
 
 
 def _has_stages(model: str) -> bool:

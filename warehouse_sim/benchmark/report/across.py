@@ -1,4 +1,4 @@
-"""The leaderboard across suites: the headline number of everybody in each."""
+"""The leaderboard across suites: the headline number of each estimator in each suite."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ class Standing:
     name: str
     kind: Kind
     places: dict[str, Place]
-    """By suite; suites that did not ask it are absent."""
+    """By suite; suites without it are absent."""
     leads: int
-    """In how many nobody is better beyond the intervals."""
+    """In how many suites no other is better beyond the intervals."""
 
 
 def standings(first_boards: Mapping[str, Board]) -> list[Standing]:
-    """Return the estimators that at least two suites asked, who leads most often of those first.
+    """Return the estimators of at least two suites, the most frequent leader first.
 
-    No mean is taken over suites: they ask different things of different data.
+    There is no mean over suites: they measure different things on different data.
 
     Args:
         first_boards: One leaderboard of each suite.

@@ -25,7 +25,7 @@ class Place:
 
     @property
     def leads(self) -> bool:
-        """Whether nobody is better beyond the intervals."""
+        """Whether no other is better beyond the intervals."""
         return self.ranks is not None and self.ranks[0] == 1
 
     @property

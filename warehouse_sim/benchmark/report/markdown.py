@@ -1,4 +1,4 @@
-"""A result as a page that a person reads: Markdown, an interval in every cell."""
+"""A result as a Markdown page, with an interval in every cell."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,20 +13,20 @@ TITLES: dict[Table, str] = {
     "detection": "Detection",
     "confusion": "Confusion",
     "precision": "Precision by recall",
-    "faces": "Recorded fronts",
+    "faces": "Recorded faces",
     "simulated": "Simulated truck",
     "driven": "Closed loop",
 }
 HOW: dict[Table, str] = {
     "scores": "Per cent of the ground truths that count; a miss is a failure. 95 % intervals in brackets.",
     "effects": "Points gained (+) or lost (-) on the same ground truths with one thing changed, 95 % intervals in "
-    "brackets; bold where the interval leaves zero out.",
-    "curves": "Per cent with an ADD below that part of the diameter.",
-    "spread": "Quantiles of ADD; what is missed counts as a whole diameter.",
+    "brackets; bold where the interval excludes zero.",
+    "curves": "Per cent with an ADD below that fraction of the diameter.",
+    "spread": "Quantiles of ADD; a miss counts as a whole diameter.",
     "detection": "Average precision in per cent, intervals over scenes.",
-    "confusion": "Per cent of the true objects of a class that were found as another, or not at all.",
+    "confusion": "Per cent of the true objects of a class that were detected as another class, or missed.",
     "precision": "Precision in per cent at recalls of 10 to 100 %.",
-    "faces": "Per cent of recorded fronts that a fork enters that trusts the estimate.",
+    "faces": "Per cent of recorded faces that a fork with this estimate enters.",
     "simulated": "Per cent of the poses at which a simulated truck takes the pallet.",
     "driven": "Per cent of the approaches with the estimator in the loop that dock, and that stop by themselves.",
 }
@@ -49,7 +49,7 @@ def page(result: SuiteResult) -> str:
 
 
 def summary(result: SuiteResult) -> Iterator[str]:
-    """Yield the lines that a person wants to read first."""
+    """Yield the most important lines."""
     yield from size_lines(result)
     for table in ("scores", "effects", "detection", "faces"):
         rows = [row for row in result.rows if row.table == table]
@@ -64,16 +64,16 @@ def summary(result: SuiteResult) -> Iterator[str]:
 
 
 def size_lines(result: SuiteResult) -> Iterator[str]:
-    """Yield how large each dataset is that a result is of."""
+    """Yield the size of each dataset of a result."""
     if result.quick:
-        yield "Made at the small sizes of --quick: read the intervals, not the numbers."
+        yield "Run at the small sizes of --quick: rely on the intervals, not on the numbers."
     for item in result.data:
         source = f"recipe {item.recipe} {item.recipe_sha256}, seed {item.seed}" if item.recipe else item.recipe_sha256
         left = ", ".join(f"{count} {why}" for why, count in item.left_out_of_docking.items())
         yield (
             f"{item.name}: {_counted(item.scenes, 'scene')}, {_counted(item.images, 'image')}, "
             f"{_counted(item.ground_truths, 'ground truth')} ({source})"
-            f"{'; docking is not evaluated of: ' + left if left else ''}"
+            f"{'; docking is not evaluated for: ' + left if left else ''}"
         )
 
 

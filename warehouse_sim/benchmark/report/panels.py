@@ -60,7 +60,7 @@ def _of(rows: Sequence[Row], table: Table) -> list[Row]:
 def _lines(
     title: str, points: Sequence[tuple[Row, float]], looks: Looks, axis: Axis, first: bool = True
 ) -> Iterator[Panel]:
-    """Yield a chart of lines, unless nobody but the ground truth and chance is in it."""
+    """Yield a chart of lines, unless only the ground truth and chance are in it."""
     series: dict[str, list[tuple[float, Row]]] = {}
     for row, place in points:
         series.setdefault(row.estimator, []).append((place, row))
@@ -68,7 +68,7 @@ def _lines(
         yield Panel(title, partial(lines_chart, series, looks, axis), first)
 
 
-def _told(rows: Sequence[Row], looks: Looks) -> list[Row]:
+def _without_bounds(rows: Sequence[Row], looks: Looks) -> list[Row]:
     """Leave out the ground truth and chance, which charts of levels do not need."""
     return [row for row in rows if not looks[row.estimator].is_bound]
 
@@ -149,7 +149,7 @@ def _over_margins(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
 
 
 def _by_condition(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
-    rows = _told([row for row in scores if row.group == "all"], looks)
+    rows = _without_bounds([row for row in scores if row.group == "all"], looks)
     if len({row.condition for row in rows}) > 1:
         yield from _levels(rows, looks, "by condition", lambda row: row.condition)
 
@@ -158,7 +158,7 @@ def _by_category(scores: Sequence[Row], looks: Looks) -> Iterator[Panel]:
     """Score by what is no scale: class, object, paired variant."""
     rows = [
         row
-        for row in _told(scores, looks)
+        for row in _without_bounds(scores, looks)
         if row.group != "all" and not any(_BIN.fullmatch(part) for part in row.group.split(", "))
     ]
     for where, of_place in _places(rows):
@@ -184,7 +184,7 @@ def _levels(
 def _effects(rows: Sequence[Row], looks: Looks) -> Iterator[Panel]:
     """Paired effects, a chart for each factor and what it is held against."""
     kinds: dict[tuple[str, str], list[Row]] = {}
-    for row in _told(_of(rows, "effects"), looks):
+    for row in _without_bounds(_of(rows, "effects"), looks):
         kinds.setdefault((_factor(row)[0], row.against), []).append(row)
     for (factor, against), mine in kinds.items():
         several = len({(row.estimator, row.group) for row in mine}) < len(

@@ -26,7 +26,7 @@ def suite_section(result: SuiteResult, found: Sequence[Board], number: int, alon
     Args:
         result: Of the suite.
         found: Its leaderboards.
-        number: Its place on the page, which tells its charts from those of others.
+        number: Its place on the page, which distinguishes its charts from those of other suites.
         alone: Whether nothing else is on the page; else charts of other metrics and groups are only counted.
     """
     looks = looks_of(result.estimators)
@@ -40,7 +40,7 @@ def suite_section(result: SuiteResult, found: Sequence[Board], number: int, alon
         "key": _key(result, looks) if drawn else [],
         "charts": [_drawn(panel, prefix) for panel, prefix in drawn if panel.first],
         "more": [_drawn(panel, prefix) for panel, prefix in drawn if alone and not panel.first],
-        "untold": 0 if alone else sum(not panel.first for panel, _ in drawn),
+        "folded": 0 if alone else sum(not panel.first for panel, _ in drawn),
         "confusions": _confusions(result),
         "left_out": result.left_out,
         "notes": result.notes,
@@ -91,7 +91,7 @@ def _line(item: Board, place: Place, look: Look) -> dict[str, Any]:
 
 
 def _key(result: SuiteResult, looks: dict[str, Look]) -> list[tuple[Look, str]]:
-    """Return everybody who has a number, lengths of one training once."""
+    """Return all estimators with a number, each training once."""
     drawn = {row.estimator for row in result.rows}
     found: dict[str, Look] = {}
     for item in result.estimators:

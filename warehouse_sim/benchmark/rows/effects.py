@@ -62,8 +62,8 @@ def _between(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) ->
                 np.ones(len(first[condition].scores[0].table), bool),
             )
             # The same rows: what counts as a ground truth depends on no estimate.
-            told = replace(compare, against=second[condition].group.name)
-            yield from _rows(*pair, (everything, everything), suite, told, "all")
+            compared = replace(compare, against=second[condition].group.name)
+            yield from _rows(*pair, (everything, everything), suite, compared, "all")
 
 
 def _named(answers: Sequence[Answer], name: str) -> dict[str, Answer]:

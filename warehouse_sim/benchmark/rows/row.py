@@ -30,7 +30,7 @@ class Row:
     scenes: int
     """Scenes that they are in."""
     trainings: int = 0
-    """How many trainings are behind it; 0 where nothing is trained. With 1 the interval knows nothing of others."""
+    """Number of trainings; 0 without training. With 1 the interval does not cover other trainings."""
     against: str = ""
     """What a paired effect is against; empty elsewhere."""
 

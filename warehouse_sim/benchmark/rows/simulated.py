@@ -1,4 +1,4 @@
-"""Where a simulated truck comes in: suites ask it about their poses, and let it drive with an estimator in the loop."""
+"""The simulated truck in suites: it drives to estimated poses, or with an estimator in the loop."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

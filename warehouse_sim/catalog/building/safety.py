@@ -97,7 +97,7 @@ def exit_sign(name: str = "exit_sign") -> ObjectModel:
 
 
 def mandatory_sign(name: str = "mandatory_sign") -> ObjectModel:
-    """Build the round blue sign of 400 mm that asks for helmets or shoes."""
+    """Build the round blue sign of 400 mm that requires helmets or shoes."""
     size = (0.4, 0.01, 0.4)
     disk = solid_part(unit_cylinder(32), (0.4, 0.4, 0.009), (0.0, 0.0005, 0.0), "safety_blue", rotation_x(np.pi / 2))
     marks = [((0.12, 0.06), (0.0, 0.06)), ((0.16, 0.02), (0.0, 0.02)), ((0.09, 0.08), (0.0, -0.04))]

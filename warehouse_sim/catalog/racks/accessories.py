@@ -65,7 +65,7 @@ DECK_DEPTH = FRAME_DEPTH - 2 * (BEAM_DEPTH - STEP_DEPTH) - 0.004
 DECK_WIDTH = 0.88
 """Width of a mesh deck (m); three fill a bay of 2.7 m."""
 GUARD_HEIGHT = 0.4
-"""Height of the guards of uprights and rack ends (m); EN 15512 asks for at least 400 mm."""
+"""Height of the guards of uprights and rack ends (m); EN 15512 requires at least 400 mm."""
 
 _WIRE, _MESH_X, _MESH_Y = 0.005, 0.05, 0.10
 _CHANNEL = STEP_HEIGHT - 2 * _WIRE

@@ -30,7 +30,7 @@ STANDING = {
     "pallet_jack": ("pallet_jack",),
     "person": tuple(sorted(PEOPLE)),
 }
-"""Class -> the catalog names of it that are sampled, each as often, where a recipe asks for the class."""
+"""Class -> the catalog names of it that are sampled, each as often, where a recipe requires the class."""
 FINE_STANDING = {
     **STANDING,
     "cone": tuple(sorted(FINE_CONES)),

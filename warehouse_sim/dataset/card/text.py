@@ -24,7 +24,7 @@ def data_licences(textures: str, brought: Iterable[str], plugins: Iterable[str])
     Args:
         textures: Licence of the shipped textures.
         brought: Files of the user's own that the recipe names: objects, goods, photometry.
-        plugins: Packages of others that took part.
+        plugins: Third-party packages that took part.
     """
     others = [*sorted(set(brought)), *(f"plug-in {name}" for name in sorted(plugins))]
     return {DATA: OWN, TEXTURES: textures} | dict.fromkeys(others, OWNERS)

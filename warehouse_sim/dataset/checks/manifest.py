@@ -73,7 +73,7 @@ def _own_targets(findings: Findings, subject: Subject) -> None:
     targets, classes = set(subject.manifest.targets), {info.class_name for info in subject.objects.values()}
     for name in sorted(classes - targets):
         findings.require(False, f"{where}: lack the class {name} of an object in {subject.layout.objects}")
-    # A recipe can ask for a class of which it then places nothing.
+    # A recipe can require a class of which it then places nothing.
     requested = subject.manifest.contents.targets
     allowed = classes if requested is None else requested
     for name in sorted(targets):

@@ -142,7 +142,7 @@ def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def any_rgb(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
-    """Return an 8-bit image of others as RGB; ``where`` names it in errors, its ending says what it is."""
+    """Return a third-party 8-bit image as RGB; ``where`` names it in errors, its ending says what it is."""
     image = _any_pixels(data, where)
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
         raise DatasetError(f"{where}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}")
@@ -157,7 +157,7 @@ def decode_any_depth(path: Path) -> np.ndarray:
 
 
 def any_depth(data: bytes, where: str) -> np.ndarray:
-    """Return a depth image of others in its own steps, 0 = no reading; ``where`` as for ``any_rgb``."""
+    """Return a third-party depth image in its own steps, 0 = no reading; ``where`` as for ``any_rgb``."""
     image = _any_pixels(data, where)
     if image.ndim != 2 or image.dtype.kind not in "uf" or not np.isfinite(image).all() or image.min(initial=0) < 0:
         raise DatasetError(f"{where}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
@@ -179,7 +179,7 @@ def image_size_wh(path: Path) -> tuple[int, int]:
 
 
 def any_size_wh(data: bytes, where: str) -> tuple[int, int]:
-    """Return width and height of an image of others; ``where`` as for ``any_rgb``."""
+    """Return width and height of a third-party image; ``where`` as for ``any_rgb``."""
     if where.lower().endswith(".png"):
         return png_header_size_wh(data[:24], where)
     height, width = _any_pixels(data, where).shape[:2]
@@ -204,7 +204,7 @@ def _content(path: Path) -> bytes:
 
 
 def _png_pixels(data: bytes, where: str) -> np.ndarray:
-    # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header asks for.
+    # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header requires.
     require_whole_png(data, where)
     return _pixels(data, where)
 

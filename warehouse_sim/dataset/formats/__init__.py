@@ -127,13 +127,13 @@ class Format(Protocol):
 
     @property
     def checks(self) -> Sequence[NamedCheck]:
-        """What ``validate`` asks of its files, in order."""
+        """Checks of its files, in order."""
 
     def reject(self, manifest: Manifest) -> None:
         """Reject what the format cannot hold at all, before anything is made.
 
         Raises:
-            DatasetError: Names the setting of the recipe that asks for it.
+            DatasetError: Names the setting of the recipe that requires it.
         """
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:

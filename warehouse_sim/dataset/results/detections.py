@@ -31,9 +31,9 @@ class FoundObject:
     score: float
     """Trust in it, 0-1."""
     class_name: str = ""
-    """Its class; empty where nobody knows."""
+    """Its class; empty if unknown."""
     model: str | int | None = None
-    """Which object of the dataset it is; None where nobody knows more than the class."""
+    """Which object of the dataset it is; None if unknown more than the class."""
     edges: tuple[float, float, float, float] | None = None
     """Left, top, right, bottom of its box (px): a pixel (u, v) reaches from (u, v) to (u + 1, v + 1)."""
     mask: Bool[np.ndarray, "h w"] | None = None

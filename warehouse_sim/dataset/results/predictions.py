@@ -94,14 +94,14 @@ def _row(index: int, item: PoseEstimate) -> dict[str, Any]:
         if not np.isfinite(values).all():
             raise DatasetError(f"the face of row {index}: {name} is not finite")
     # The last four follow from the others, and are what a truck reads.
-    told = {
+    derived = {
         "direction": face.direction,
         "direction_covariance": face.direction_covariance,
         "pocket_centres": face.pocket_centres,
         "pocket_centres_covariance": face.pocket_centres_covariance,
     }
     places = {"row": index, "scene_id": item.scene_id, "im_id": item.image_id, "detection": item.detection}
-    return places | {name: values.tolist() for name, values in (numbers | told).items()}
+    return places | {name: values.tolist() for name, values in (numbers | derived).items()}
 
 
 def _face(row: dict[str, Any], where: str) -> PalletFace:

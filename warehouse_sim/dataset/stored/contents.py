@@ -156,7 +156,7 @@ class Contents:
     targets: tuple[str, ...] | None = None
     """Class names that the recipe wants labelled; null where it does not say."""
     plugins: dict[str, str] = field(default_factory=dict)
-    """Versions of the packages of others that took part, by name."""
+    """Versions of the third-party packages that took part, by name."""
 
     def __post_init__(self) -> None:
         for name in self.lidars:

@@ -130,7 +130,7 @@ def _stored(array: np.ndarray) -> np.ndarray:
 
 
 def _array(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> np.ndarray:
-    """Read one array; its header cannot ask for more memory than the file has bytes."""
+    """Read one array; its header cannot require more memory than the file has bytes."""
     if item.compress_type != zipfile.ZIP_STORED:
         raise ValueError(f"{item.filename} is compressed")
     content = io.BytesIO(archive.read(item))

@@ -189,7 +189,7 @@ def _words(data: Any) -> Iterator[str]:
 
 
 def _plugin_versions(names: set[str]) -> dict[str, str]:
-    """Return name and version of each package of others that adds a plug-in of one of these names."""
+    """Return name and version of each third-party packages that adds a plug-in of one of these names."""
     groups = [group for group in entry_points().groups if group.startswith("warehouse_sim.")]
     plugins = [item for group in groups for item in entry_points(group=group) if item.name in names]
     packages = {item.dist.name: item.dist.version for item in plugins if item.dist is not None}

@@ -148,7 +148,7 @@ def inspect(data: Path, out: Path, count: int = 6, split: str | None = None) -> 
     """Count what a dataset holds and draw some of its images with their labels.
 
     Args:
-        data: Folder of a dataset in any format that can be read, of this package or of others.
+        data: Folder of a dataset in any format that can be read, of this package or a third-party one.
         out: Folder for the sheet and the text.
         count: Images on the sheet, >= 1.
         split: Of which split; all by default.

@@ -56,7 +56,7 @@ class TrainedDetector(Detector):
 
     @property
     def classes(self) -> tuple[str, ...]:
-        """What it tells apart."""
+        """The classes that it distinguishes."""
         return self.run_config.classes
 
     @property

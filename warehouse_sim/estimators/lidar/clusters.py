@@ -157,7 +157,7 @@ def chosen_points(
     Args:
         points: Of a box (camera frame, m).
         clusters: Of these points.
-        diameter: Of the object (m); None where nobody knows, then all points where there is no cluster.
+        diameter: Of the object (m); None if unknown, then all points where there is no cluster.
     """
     if not len(points):
         return np.zeros(0, bool)

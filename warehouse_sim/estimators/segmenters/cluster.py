@@ -72,7 +72,7 @@ class BoxClusters(Segmenter):
         """Return the image's detections with masks; those whose box or mask holds no reading are left out.
 
         Raises:
-            MissingPackageError: The settings ask for scikit-learn, which is not installed.
+            MissingPackageError: The settings require scikit-learn, which is not installed.
         """
         found = (self._of_one(image, position, item) for position, item in enumerate(image.detections))
         return [item for item in found if item is not None]

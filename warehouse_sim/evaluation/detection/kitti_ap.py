@@ -52,7 +52,7 @@ def kitti_scores(
     Args:
         gt: Labels of each image, with "DontCare" regions among them.
         found: Detections of each.
-        least_overlap: Overlap that a detection must exceed, by class: KITTI asks for 0.7 of cars and 0.5 of others.
+        least_overlap: Overlap that a detection must exceed, by class: KITTI requires 0.7 of cars and 0.5 of others.
     """
     rows = []
     for class_name, least in least_overlap.items():

@@ -51,7 +51,7 @@ def evaluate_kitti_results(results: Path, data: Path, split: str) -> list[KittiS
     names = sorted({name for objects in gt for name in objects.type[~objects.is_dont_care].tolist()})
     scores = kitti_scores(gt, found, {name: _OVERLAPS.get(name.lower(), _OVERLAP) for name in names})
     if not scores:
-        raise EvaluationError(f"{layout.root}: split {split!r} has nothing that KITTI's levels ask for; take another")
+        raise EvaluationError(f"{layout.root}: split {split!r} has nothing that KITTI's levels require; take another")
     return scores
 
 

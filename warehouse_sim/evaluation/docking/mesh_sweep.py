@@ -16,7 +16,7 @@ from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform
 from warehouse_sim.schema import Pocket
 
 FARTHEST = 0.05
-"""Clearances are measured up to this (m); more than any margin asks for."""
+"""Clearances are measured up to this (m); more than any margin requires."""
 _AT_ONCE = 40_000
 """Pairs of tine and triangle that are looked at in one go: few enough for the cache of the processor."""
 

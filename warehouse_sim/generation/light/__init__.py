@@ -1,6 +1,6 @@
 """What of a scene's light needs rays: dimming it to the wanted lux, exposing each viewpoint, measuring what is stored.
 
-``scene.lighting`` says what the recipe asks for and what stands there; the renderers turn the lights into images.
+``scene.lighting`` says what the recipe requires and what stands there; the renderers turn the lights into images.
 """
 
 from warehouse_sim.generation.light.conditions import measure_conditions, target_illuminance

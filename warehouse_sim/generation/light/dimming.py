@@ -1,4 +1,4 @@
-"""The light of a settled scene: dimmed to the lux that its recipe asks for, and the camera exposed for each view."""
+"""The light of a settled scene: dimmed to the lux that its recipe requires, and the camera exposed for each view."""
 
 from dataclasses import replace
 

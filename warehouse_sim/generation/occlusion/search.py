@@ -90,7 +90,7 @@ _LEANING_FRACTION = 0.7
 """How often a pallet as an occluder leans instead of standing in a stack."""
 
 NO_VIEW = "no free place to look from"
-TOO_HIDDEN = "every target seen is hidden more than asked"
+TOO_HIDDEN = "every target seen is hidden more than requested"
 TOO_HIGH = "target too high for a floor occluder"
 NO_FLOOR = "no free floor"
 BREAKS = "an occluder would break an earlier request"

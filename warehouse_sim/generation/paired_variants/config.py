@@ -1,4 +1,4 @@
-"""Which paired variants a recipe asks for; each observation of the scene gets one of every kind that is listed."""
+"""Which paired variants a recipe requires; each observation of the scene gets one of every kind that is listed."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Any

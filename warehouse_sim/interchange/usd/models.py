@@ -19,7 +19,7 @@ from warehouse_sim.schema import LuminousFace, Material, ObjectInstance, ObjectM
 
 GEOMETRY, COLLIDERS = "Geometry", "Colliders"
 TAXONOMY = "class"
-"""Of semantic labels: what Isaac Sim's annotators ask for first."""
+"""Of semantic labels: what Isaac Sim's annotators require first."""
 
 
 @dataclass(eq=False)

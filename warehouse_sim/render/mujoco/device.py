@@ -9,7 +9,7 @@ from warehouse_sim.render.pyopengl_platform import claim_platform, remedy
 
 
 def choose_platform(platform: Literal["egl", "osmesa"] | None) -> Literal["egl", "osmesa"]:
-    """Return ``platform``, or what MUJOCO_GL asks for, or EGL.
+    """Return ``platform``, or what MUJOCO_GL requires, or EGL.
 
     Raises:
         RenderError: Neither is a platform that draws without a display.

@@ -16,7 +16,7 @@ _in_use = False
 
 
 def import_pyrender() -> ModuleType:
-    """Import pyrender, which looks for a display unless PyOpenGL has been told to draw through EGL.
+    """Import pyrender, which looks for a display unless PyOpenGL is set to EGL.
 
     Raises:
         RenderError: EGL is missing or this process draws through another platform.

@@ -49,7 +49,7 @@ def open_context(device: int = 0) -> moderngl.Context:
 def describe(context: moderngl.Context) -> str:
     """Return the driver's renderer and version strings."""
     info = context.info
-    # It asks for every limit, also those that a driver does not know: such an error is none of drawing. OpenGL keeps
+    # It requires every limit, also those that a driver does not know: such an error is none of drawing. OpenGL keeps
     # one of a kind; a context that was lost answers with one for ever, which drawing then says.
     for _ in range(_KINDS_OF_ERRORS):
         if context.error == "GL_NO_ERROR":

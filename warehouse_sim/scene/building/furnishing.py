@@ -27,7 +27,7 @@ def furnish(
     rng: np.random.Generator,
     kept: Sequence[OrientedBox] = (),
 ) -> None:
-    """Add what ``config`` asks for where there is room beside the places of loads, ``kept``."""
+    """Add what ``config`` requires where there is room beside the places of loads, ``kept``."""
     free, walls = FreePlaces(draft, kept), walls_of(roof.floor)
     if config.guards:
         _guard_columns(draft)

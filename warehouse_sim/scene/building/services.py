@@ -81,7 +81,7 @@ def roof_over(draft: SceneDraft, floor: Area, height: float) -> Roof:
 
 
 def hang_services(draft: SceneDraft, config: ServicesConfig, roof: Roof, aisle: Area) -> None:
-    """Hang what ``config`` asks for."""
+    """Hang what ``config`` requires."""
     tops = _tops(draft)
     if config.sprinklers:
         _hang_sprinklers(draft, roof)

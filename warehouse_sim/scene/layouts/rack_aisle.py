@@ -15,7 +15,7 @@ from warehouse_sim.scene.layouts.rack_fittings import add_row_spacers
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
 
 FLUE = 0.3
-"""Free space between racks back to back (m); NFPA 13 asks for 6 in (0.152 m) between the loads, which overhang."""
+"""Free space between racks back to back (m); NFPA 13 requires 6 in (0.152 m) between the loads, which overhang."""
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 

@@ -47,7 +47,7 @@ class LightingConfig:
     """How luminaires spread their light: ``formula`` (by ``beam_deg``), a shipped file's name, ``aisle_narrow`` or
     ``highbay_wide``, or the path of an IES file (LM-63)."""
     photometry_flux: bool = False
-    """Whether luminaires give the lumens of that file, instead of what ``lux`` asks for."""
+    """Whether luminaires give the lumens of that file, instead of what ``lux`` requires."""
     temperature: Annotated[Distribution, Range(1700, 20_000, "K")] | None = None
     """Correlated colour temperature of the luminaires (K), 1,700-20,000, the same for all of a scene."""
     ambient_fraction: Annotated[float, Range(0, 10)] | None = None

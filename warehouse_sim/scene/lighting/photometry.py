@@ -71,7 +71,7 @@ def relative_intensity(
     Args:
         light: The light.
         cosine: Of the angle between its axis and each of the directions.
-        directions: Unit vectors away from it; only a light with a distribution asks for more than the cosine.
+        directions: Unit vectors away from it; only a light with a distribution requires more than the cosine.
     """
     if light.kind == "point":
         return np.ones_like(cosine)

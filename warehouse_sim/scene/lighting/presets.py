@@ -47,7 +47,7 @@ class Preset:
 
 
 PRESETS: dict[PresetName, Preset] = {
-    # EN 12464-1 asks for 200 lx where people work in a store and 300 lx where they read labels.
+    # EN 12464-1 requires 200 lx where people work in a store and 300 lx where they read labels.
     "nominal": Preset(lux=Distribution.uniform(200.0, 300.0)),
     "dim": Preset(
         lux=Distribution.uniform(20.0, 50.0),
@@ -75,7 +75,7 @@ PRESETS: dict[PresetName, Preset] = {
         white_balance=5200.0,
         exposure=ExposureConfig(compensation=-0.3),
     ),
-    # EN 1838 asks for 1 lx along escape routes.
+    # EN 1838 requires 1 lx along escape routes.
     "night": Preset(
         lux=Distribution.uniform(0.5, 2.0),
         pattern=(1.0, 0.0, 0.0),

@@ -21,7 +21,7 @@ Pieces = Sequence[tuple[ObjectModel, Transform]]
 LEAST_SUPPORT = 0.87
 """Least fraction of a pallet's base that must rest on what it stands on."""
 LEAST_LAYER = 0.9
-"""Least fraction of a layer that must rest on the layer below it under the crush rule, which asks for 0.85: pieces
+"""Least fraction of a layer that must rest on the layer below it under the crush rule, which requires 0.85: pieces
 stand a little off their cells."""
 _USED_ACROSS, _USED_BY_LOADS = 0.9, 0.75
 """Fractions of the strength that are used under the crush rule where pieces lie across joints, and by loads on top:

@@ -19,7 +19,7 @@ from warehouse_sim.schema import Material, SceneSpec
 @dataclass(frozen=True)
 @ranged
 class BrightnessConfig:
-    """Spread of the intensity, of surfaces and of the sensor; in YAML also ``even``, which is none."""
+    """Spread of the intensity, of surfaces and of the sensor; in YAML also ``even``, which is not one."""
 
     grain: Annotated[float, Range(0, 2)] = 0.5
     """Power of the material's albedo texture that scales its remission, 0-2; 0 = no texture."""

@@ -1,4 +1,4 @@
-"""Calibration files of others as camera settings: ROS ``camera_info``, OpenCV YAML and JSON, BOP ``camera.json``."""
+"""Third-party calibration files as camera settings: ROS ``camera_info``, OpenCV YAML and JSON, BOP ``camera.json``."""
 
 import json
 import math

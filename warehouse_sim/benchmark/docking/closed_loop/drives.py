@@ -1,4 +1,4 @@
-"""How the closed loop goes for those whom a suite asks."""
+"""The closed loop with the estimators of a suite."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -181,7 +181,7 @@ class Runner:
         if isinstance(live, str):
             return live
         estimator = self._opened[method]
-        return Seen(live, estimator, pallet, model, self._front_end, start.told, start.number, self.least_score)
+        return Seen(live, estimator, pallet, model, self._front_end, start.commanded, start.number, self.least_score)
 
     def _live(self, start: Start, condition: Condition) -> LiveScene | str:
         """Return the loaded scene of a level; that of the last episode where it serves."""

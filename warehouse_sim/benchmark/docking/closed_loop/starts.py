@@ -40,8 +40,7 @@ _BEYOND = 4.0
 _LEAST_SIGHT = 0.6
 """Fraction of the pallet's sample points that must be in sight, by boxes, as recipes have it."""
 _WELL_OFF = 0.15
-"""How far from the ground truth (m, standard deviation along x and y) the place is that a truck with a front end is
-told."""
+"""Error of the place to which a truck with a front end is sent (m, standard deviation along x and y)."""
 _TOUCH = 0.001
 
 
@@ -55,7 +54,7 @@ class Start:
     face: DockingFace
     pose: FloorPose
     mount: Mount
-    told: np.ndarray
+    commanded: np.ndarray
     """Where the truck is sent (m, world)."""
 
     @property
@@ -114,7 +113,7 @@ def collisions_of(scene: SceneSpec, start: Start) -> Callable[[FloorPose], bool]
 def _sides(
     sampled: SampledScene, truck: TruckConfig, rng: np.random.Generator
 ) -> Iterator[tuple[Station, DockingFace]]:
-    """Yield the sides that docking asks for, in random order."""
+    """Yield the faces with evaluated docking, in random order."""
     scene = sampled.scene
     reach = accessibility(scene, TRUCKS[sampled.settings.layout.truck])
     sides = [(number, name) for number, item in reach.items() for name in item.faces]
@@ -145,7 +144,7 @@ def _draw(
     lift = max(0.0, float(pallet.T_world_object[2, 3] - station.scene.model_of(pallet).size[2] / 2.0))
     height, pitch = mounting.height.sample(rng) + lift, float(np.deg2rad(mounting.pitch_deg.sample(rng)))
     mount = Mount(KIND, mounting, height, pitch, lift)
-    told = pallet.T_world_object[:3, 3] + np.array([*rng.normal(0.0, _WELL_OFF, 2), 0.0])
+    commanded = pallet.T_world_object[:3, 3] + np.array([*rng.normal(0.0, _WELL_OFF, 2), 0.0])
     for _ in range(_TRIES):
         back = float(rng.uniform(*_DISTANCE))
         aside = float(rng.uniform(-_ASIDE, _ASIDE)) * (back - FORKLIFT.tip)
@@ -160,5 +159,5 @@ def _draw(
         if not space.admits_bodies(vehicle_boxes(view, lift)) or not in_sight(here, pallet.T_world_object[:3, 3]):
             continue
         if space.sight_fraction(view.T_world_camera[:3, 3], pallet) >= _LEAST_SIGHT:
-            return Start(number, station, face, pose, mount, told)
+            return Start(number, station, face, pose, mount, commanded)
     return None

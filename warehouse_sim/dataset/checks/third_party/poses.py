@@ -1,4 +1,4 @@
-"""Check that others' models at their poses land on their masks and depth."""
+"""Check that third-party models at their poses land on their masks and depth."""
 
 from dataclasses import dataclass
 

@@ -150,11 +150,11 @@ class ExternalReader:
         return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: nobody else stores it."""
+        """Reject: only this package stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: nobody else stores it."""
+        """Reject: only this package stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:

@@ -14,7 +14,7 @@ from warehouse_sim.schema import ObjectAnnotation, Observation
 DEPTH_SCALE = 1.0
 """Millimetres a step of the depth images: 65.5 m of range, where BOP's usual 0.1 ends at 6.55 m."""
 VISIBLE_ENOUGH = 0.1
-"""Visible fraction from which BOP asks for a target."""
+"""Visible fraction from which BOP requires a target."""
 
 
 def camera_row(observation: Observation) -> dict[str, Any]:

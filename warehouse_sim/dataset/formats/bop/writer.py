@@ -1,4 +1,4 @@
-"""Write BOP scenewise, with its description and the lists of what the challenge asks for on a test split.
+"""Write BOP scenewise, with its description and the lists of what the challenge requires on a test split.
 
 https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
 """
@@ -45,7 +45,7 @@ Synthetic warehouse scenes made by warehouse-sim; how to make them again is in .
 - Every target with at least one visible pixel is in scene_gt.json. Masks and counts come from the exact instance ids of
   the renderer, not from a depth test with a tolerance.
 - px_count_all and visib_fract count the amodal mask also beyond the image border.
-- scene_gt_info.json has one key more than BOP asks for, instance_id: the object's number in ../scenes/.
+- scene_gt_info.json has one key more than BOP requires, instance_id: the object's number in ../scenes/.
 - models/ is the CAD surface; models_eval/ is the same surface with evenly spread vertices.
 - models_info.json lists turns that leave the look unchanged: symmetries_continuous for shapes that look the same after
   any turn about an axis, symmetries_discrete for all others.
@@ -55,11 +55,11 @@ _CLEAN_INFO = """\
   that does not fit into 16 bits is 0.
 """
 _LENS_INFO = """\
-- Images are not rectified: scene_camera.json has one key more than BOP asks for, cam_distortion, with k1 k2 p1 p2 k3 as
+- Images are not rectified: scene_camera.json has one key more than BOP requires, cam_distortion, with k1 k2 p1 p2 k3 as
   in OpenCV (in camera.json: distortion). cam_K is that of the pinhole; masks, boxes and depth are those of the image.
 """
 _FISHEYE_INFO = """\
-- Images are those of a fisheye: scene_camera.json has one key more than BOP asks for, cam_fisheye, with k1 k2 k3 k4 as
+- Images are those of a fisheye: scene_camera.json has one key more than BOP requires, cam_fisheye, with k1 k2 k3 k4 as
   in OpenCV's fisheye (in camera.json: fisheye). cam_K is its K; masks, boxes and depth are those of the image.
 """
 

@@ -1,4 +1,4 @@
-"""What ``validate`` asks of clouds, held against the scene record, the grid of the pixels and the objects' boxes."""
+"""Checks of clouds, held against the scene record, the grid of the pixels and the objects' boxes."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""What ``validate`` asks of COCO files; masks are decoded by pycocotools."""
+"""Checks of COCO files; masks are decoded by pycocotools."""
 
 from typing import Any
 

@@ -77,7 +77,7 @@ VISIBLE_ENOUGH = 0.1
 
 
 def image_row(observation: Observation, number: int, name: str) -> dict[str, Any]:
-    """Return an entry of ``images``, with the camera beside what COCO asks for; metres."""
+    """Return an entry of ``images``, with the camera beside what COCO requires; metres."""
     camera = observation.camera
     row = {
         "id": number,
@@ -107,7 +107,7 @@ def instance_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
         "bbox_amodal": box_xywh(annotation.box_amodal_xyxy),
         "pixels_all": annotation.pixels_all,
         "pixels_valid": annotation.pixels_valid,
-        # Others' masks may have no pose.
+        # Third-party masks may have no pose.
         **({"T_camera_object": annotation.T_camera_object} if np.isfinite(annotation.T_camera_object).all() else {}),
     }
     lux = annotation.illuminance

@@ -1,4 +1,4 @@
-"""Read a COCO folder, ours or that of others: images, classes, boxes and masks; poses and cameras where it has them."""
+"""Read a COCO folder, ours or third-party: images, classes, boxes and masks; poses and cameras where it has them."""
 
 import re
 from collections.abc import Mapping
@@ -80,7 +80,7 @@ def read_table(path: Path, split: str, scene_id: int, own_objects: bool) -> Coco
     Args:
         path: The file.
         split: Its split.
-        scene_id: Scene of the images where the table does not tell of scenes.
+        scene_id: Scene of the images where the table has no scenes.
         own_objects: Whether targets are objects by ``obj_id``, where it is given, not by category.
 
     Raises:
@@ -217,7 +217,7 @@ class CocoReader(ImagesOnly):
 
     @cached_property
     def splits(self) -> dict[str, tuple[int, ...]]:
-        """Scene numbers of each split; a split of others is one scene."""
+        """Scene numbers of each split; a third-party split is one scene."""
         return {split: tuple(sorted({image.scene_id for image in self._table(split).images})) for split in self._paths}
 
     def images(self, split: str) -> list[ImageRecord]:

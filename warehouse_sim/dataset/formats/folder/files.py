@@ -41,7 +41,7 @@ def frames_of(root: Path) -> list[Frame]:
         return [Frame(colours[0], depths[0], tuple(found["mask"]))]
     numbers = [_number(path) for path in colours]
     if numbers != [_number(path) for path in depths] or len(set(numbers)) < len(numbers) or None in numbers:
-        raise DatasetError(f"{root}: colour and depth images must bear the same numbers, each once, in their names")
+        raise DatasetError(f"{root}: colour and depth images must have the same numbers, each once, in their names")
     return [
         Frame(colour, depth, tuple(path for path in found["mask"] if _number(path) == number))
         for number, colour, depth in zip(numbers, colours, depths, strict=True)
@@ -57,7 +57,7 @@ def looks_like(root: Path) -> bool:
 
 
 def require_intrinsics(root: Path) -> None:
-    """Ask for intrinsics where there are colour and depth images and nothing says what the camera is.
+    """Require intrinsics where there are colour and depth images and nothing says what the camera is.
 
     Raises:
         DatasetError: That is so.

@@ -48,7 +48,7 @@ class KittiFormat:
     def reader(self, root: Path) -> FormatReader | None:
         """Return a reader of a folder without a manifest; None of one with it: what leans has no box, nothing a mask.
 
-        To read the KITTI files of such a dataset as others' are read, give the folder ``kitti`` in it.
+        To read the KITTI files of such a dataset as third-party ones are read, give the folder ``kitti`` in it.
         """
         if DatasetLayout(root).manifest.is_file():
             return None

@@ -110,7 +110,7 @@ def _checked(frames: list[KittiFrame], where: str) -> list[KittiFrame]:
 
 log = logging.getLogger(__name__)
 _KEPT_FRAMES = 16
-"""Sweeps and depth images that are kept: labels of one frame ask for them one after the other."""
+"""Sweeps and depth images that are kept: labels of one frame require them one after the other."""
 
 
 class ExternalKittiReader:
@@ -131,7 +131,7 @@ class ExternalKittiReader:
         self.root = root
         self.dropped_points: dict[str, int] = {}
         """Points that were left out because they are not finite, by sweep file; of the sweeps read so far."""
-        self._told = False
+        self._warned = False
         self._frames = frames_by_split(root)
         self._images: dict[str, list[ImageRecord]] = {}
         self._calibration = lru_cache(_KEPT_FRAMES)(KittiFrame.calibration)
@@ -190,11 +190,11 @@ class ExternalKittiReader:
         return self._depth(self._frame(image), image).copy()
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: nobody else stores it."""
+        """Reject: only this package stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: nobody else stores it."""
+        """Reject: only this package stores it."""
         raise DatasetError(f"{self.root}: holds no clean images")
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
@@ -293,9 +293,9 @@ class ExternalKittiReader:
                 f"{frame.folder}: frame {frame.name} has neither depth_2 nor a sweep with Tr_velo_to_cam to make a "
                 "depth image of; training and scoring need one"
             )
-        if not self._told:
+        if not self._warned:
             log.warning("%s: no depth_2; depth images are the sweeps, projected (nearest point of a pixel)", self.root)
-            self._told = True
+            self._warned = True
         return sweep_depth(image.camera, transform_points(T_camera_lidar, stored.points.astype(float)))
 
     def _frame(self, image: ImageRecord) -> KittiFrame:

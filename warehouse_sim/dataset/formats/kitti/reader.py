@@ -1,6 +1,6 @@
 """Rows of KITTI's files as text and numbers, read as strictly as the strictest known reader does.
 
-For the checks of this package's own files; ``tolerant`` reads those of others.
+For the checks of this package's own files; ``tolerant`` reads third-party ones.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What ``validate`` asks of the LINEMOD files: plain YAML and OpenCV open them, the scene records know better."""
+"""Checks of the LINEMOD files: plain YAML and OpenCV open them, the scene records know better."""
 
 from collections import defaultdict
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Read DenseFusion's LINEMOD layout, of a dataset of this package or of others ("LINEMOD_preprocessed").
+"""Read DenseFusion's LINEMOD layout, of a dataset of this package or a third-party one ("LINEMOD_preprocessed").
 
 A scene is the folder of an object, an image one of its frames, with one target: the first entry of that object. Other
 objects that a frame lists have no mask there. Without the counts that this package adds, a target counts as visible as
@@ -39,7 +39,7 @@ class LinemodReader:
 
     Args:
         root: The folder.
-        dataset: The dataset that it belongs to; None where others made it.
+        dataset: The dataset that it belongs to; None where it is third-party.
     """
 
     has_clean = False

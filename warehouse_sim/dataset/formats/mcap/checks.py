@@ -1,4 +1,4 @@
-"""What ``validate`` asks of MCAP files: whole to the last checksum, and of the poses and labels of the scene record."""
+"""Checks of MCAP files: whole to the last checksum, and of the poses and labels of the scene record."""
 
 from typing import Any
 

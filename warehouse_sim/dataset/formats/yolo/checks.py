@@ -1,4 +1,4 @@
-"""What ``validate`` asks of YOLO files."""
+"""Checks of YOLO files."""
 
 import numpy as np
 

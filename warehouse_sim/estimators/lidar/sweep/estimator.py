@@ -138,7 +138,7 @@ class TrainedSweepDetector(Detector):
 
     @property
     def classes(self) -> tuple[str, ...]:
-        """What it tells apart."""
+        """The classes that it distinguishes."""
         return self.run_config.classes
 
     def find(self, points: Float[np.ndarray, "n 3"]) -> tuple[list[FoundInSweep], Plane | None]:

@@ -114,7 +114,7 @@ def two_planes(image: RangeImage, points: np.ndarray, floor: Plane | None) -> Fl
 def sweep_rows(reader: DatasetReader, image: ImageRecord, config: RangeImageConfig) -> Arrays:
     """Return one row of each array.
 
-    ``range_mm`` (1 h w) uint16, 0 = no reading; ``height_mm`` (1 h w) int16, ``UNKNOWN_MM`` where nobody knows;
+    ``range_mm`` (1 h w) uint16, 0 = no reading; ``height_mm`` (1 h w) int16, ``UNKNOWN_MM`` if unknown;
     ``obj_id`` (1 h w) uint16, that of the object with a label which a pixel shows, 0 = none;
     ``labels`` (1 m 8) a row an object as ``SWEEP_LABEL`` names it, those of most points, NaN where there is none.
     """
@@ -183,8 +183,8 @@ def load_sweeps(
     if split not in reader.splits:
         raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
     note = f"reading {split} of {reader.root.name}"
-    told = (lambda fraction: progress(0.0, f"{note} {fraction:.0%}")) if progress else None
-    chunks = read_rows(partial(sweep_rows, reader, config=config), reader.images(split), workers, told)
+    report = (lambda fraction: progress(0.0, f"{note} {fraction:.0%}")) if progress else None
+    chunks = read_rows(partial(sweep_rows, reader, config=config), reader.images(split), workers, report)
     if cache is None:
         return joined(chunks)
     digest = rows_digest(reader, split, ["sweep", _FORMAT, split, asdict(config)])

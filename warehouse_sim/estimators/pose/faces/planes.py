@@ -109,7 +109,7 @@ def fit_plane(view: PlaneView, shape: Float[np.ndarray, " 8"], sigma: float, til
         view: What is seen.
         shape: The face.
         sigma: Error of readings (m) as it is known so far.
-        tilt: Turn about y (rad) that gravity asks for, from the view's own plane, and its standard deviation.
+        tilt: Turn about y (rad) that gravity requires, from the view's own plane, and its standard deviation.
     """
     material = _material(view, shape) & (np.abs(np.nan_to_num(view.behind, nan=np.inf)) <= 4.0 * sigma)
     y, z = (axis[material] for axis in np.meshgrid(*view.coordinates()))

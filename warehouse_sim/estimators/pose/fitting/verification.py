@@ -79,7 +79,7 @@ class DepthView:
     points: Float[np.ndarray, "p 3"]
     """Some of the mask's points (camera frame, m), in random order."""
     down: Float[np.ndarray, " 3"] | None = None
-    """Gravity, a unit vector in the camera frame; None where nobody knows."""
+    """Gravity, a unit vector in the camera frame; None if unknown."""
 
 
 def judge(T_camera_object: Transform, surface: CadSurface, view: DepthView, config: VerificationConfig) -> Verification:

@@ -146,7 +146,7 @@ def refine_poses(
         surfaces: CAD surface of each object.
         config: Settings.
         up: Unit vector against gravity (camera frame) that the objects' z axes are held to softly, one for all or one
-            each, NaN where nobody knows; None leaves it.
+            each, NaN if unknown; None leaves it.
     """
     if not clouds:
         return T_camera_object
@@ -207,7 +207,7 @@ def fit_to_surfaces(
         seen: What the points are drawn to.
         round_index: Number of the round, which says how narrow the gate is.
         config: Settings.
-        up: Against gravity (camera frame); None where nobody knows.
+        up: Against gravity (camera frame); None if unknown.
         alike: How many readings of each object count as one against gravity.
     """
     T, moving = T_camera_object, np.ones((len(delta), 1), dtype=bool)
@@ -285,7 +285,7 @@ def _gauss_newton(
         delta: Sum of the motions so far, which the prior pulls back to zero.
         gate: Largest distance that counts (scaled m).
         config: Settings.
-        up: Against gravity (camera frame); None where nobody knows.
+        up: Against gravity (camera frame); None if unknown.
         alike: How many readings of each object count as one against gravity.
     """
     distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, gate)

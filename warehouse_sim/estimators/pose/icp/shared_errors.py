@@ -57,8 +57,8 @@ def shared(
     middle = residual.sum(axis=1) / total
     between = (count * (mean - middle[:, None]) ** 2).sum(axis=1) / np.maximum(filled.sum(axis=1) - _FITTED, 1)
     within = np.where(used, (residual - middle[:, None]) ** 2, 0.0).sum(axis=1) / total
-    told = (total >= _LEAST) & (filled.sum(axis=1) > _FITTED) & (within > 0.0)
-    return np.where(told, np.maximum(between / np.where(told, within, 1.0), 1.0), 1.0)
+    known = (total >= _LEAST) & (filled.sum(axis=1) > _FITTED) & (within > 0.0)
+    return np.where(known, np.maximum(between / np.where(known, within, 1.0), 1.0), 1.0)
 
 
 def _rank(values: Float[np.ndarray, "b n"] | Int[np.ndarray, "b n"]) -> Int[np.ndarray, "b n"]:

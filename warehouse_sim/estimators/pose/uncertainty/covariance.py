@@ -183,7 +183,7 @@ def information(
         residuals: Of the estimate.
         readings: How many there are of the object in the image.
         T_camera_object: The estimate.
-        down: Unit vector of gravity (camera frame); None where nobody knows. An estimate that leans was not held
+        down: Unit vector of gravity (camera frame); None if unknown. An estimate that leans was not held
             upright, and gravity counts less.
     """
     jacobian = np.concatenate([residuals.gradient, np.cross(residuals.lever, residuals.gradient)], axis=1)

@@ -68,7 +68,7 @@ class TrainedSegmenter(Segmenter):
     """
 
     needs_detections = True
-    """It outlines what boxes are about, and finds nothing by itself."""
+    """It segments the objects in boxes and needs a detector."""
 
     def __init__(self, run: Path, config: SegmentConfig = SegmentConfig()) -> None:
         self.run_config, self.config = SegmenterRun.read(run), config

@@ -79,7 +79,7 @@ class SegmenterNetworkConfig:
 
 
 class SegmenterNetwork(nn.Module):
-    """Outlines what boxes are about.
+    """Segments the object in each box.
 
     Args:
         config: Sizes.

@@ -86,7 +86,7 @@ def read_color(
     """Return the image that a colour camera stores of a clean rendering.
 
     In this order: motion and rolling shutter, glare, point spread, errors of exposure and white balance, flicker,
-    vignetting, noise at the gain that the exposure value asks for, saturation, the converter's steps, the colour
+    vignetting, noise at the gain that the exposure value requires, saturation, the converter's steps, the colour
     filter, the channels' gains, the display curve, removal of noise, sharpening, JPEG.
 
     Args:

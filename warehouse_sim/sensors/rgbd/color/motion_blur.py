@@ -14,7 +14,7 @@ _SPACING_PX = 1.0
 """From one place to the next on the longest way of a block."""
 _MOST_TAPS = 13
 _BLOCK_PX = 128
-"""Edge of the blocks of pixels that look at as many places as their own longest way asks for."""
+"""Edge of the blocks of pixels that look at as many places as their own longest way requires."""
 
 
 def blur_by_motion(
@@ -29,7 +29,7 @@ def blur_by_motion(
 
     A rolling shutter takes rows one after the other: each looks at the way's part of its own time. Each pixel follows
     its own surface; what passes before it at the edge of a nearer thing is left out. Ways are long where things are
-    near: each block of pixels looks at as many places as its own longest way asks for.
+    near: each block of pixels looks at as many places as its own longest way requires.
 
     Args:
         linear: Light at the middle of the exposure of the middle row.

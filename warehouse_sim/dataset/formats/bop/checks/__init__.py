@@ -1,4 +1,4 @@
-"""What ``validate`` asks of BOP files; one file a subject, one function a check."""
+"""Checks of BOP files; one file a subject, one function a check."""
 
 from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import NamedCheck

@@ -105,7 +105,7 @@ def _is_group(info: ObjectInfo, discrete: Float[np.ndarray, "n 4 4"], axes: Sequ
 _TABLES = ("camera", "gt", "gt_info", "gt_coco")
 _SAME_POSE = 1e-6
 _SAME_FRACTION = 1e-9
-# Visible fraction from which BOP asks for a target (calc_gt_info and the challenge's targets).
+# Visible fraction from which BOP requires a target (calc_gt_info and the challenge's targets).
 _VISIBLE_ENOUGH = 0.1
 
 
@@ -172,7 +172,7 @@ def targets(subject: Subject) -> Findings:
         rows24.append(key)
     for year, rows in ((2019, rows19), (2024, rows24)):
         path = bop_layout(subject.root).targets(year)
-        findings.require(read_json(path) == rows, f"{path}: does not ask for what the test split shows")
+        findings.require(read_json(path) == rows, f"{path}: does not list what the test split shows")
     findings.examined = f"{len(rows19)} targets in {len(rows24)} test images"
     return findings
 

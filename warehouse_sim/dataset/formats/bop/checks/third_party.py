@@ -42,10 +42,10 @@ def targets(subject: ThirdPartySubject) -> Findings:
             wanted, shown = row.get("inst_count", 1), labelled[key].count(row["obj_id"])
             findings.require(
                 isinstance(wanted, int) and 1 <= wanted <= shown,
-                f"{where}: asks for {wanted} of object {row['obj_id']}, the image has {shown}",
+                f"{where}: lists {wanted} of object {row['obj_id']}, the image has {shown}",
             )
         requested = [(*key, row.get("obj_id")) for row, key in zip(rows, keys, strict=True)]
-        findings.require(len(set(requested)) == len(requested), f"{path}: asks for the same target twice")
+        findings.require(len(set(requested)) == len(requested), f"{path}: lists the same target twice")
         findings.count += len(rows)
     findings.examined = f"{findings.count} targets in {len(files)} lists"
     return findings

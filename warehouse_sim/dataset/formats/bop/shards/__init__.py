@@ -37,7 +37,7 @@ class ShardsFormat:
         return ShardsWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader:
-        """Return a reader of ``root/bop_webdataset``; shards of others are read as the format ``bop``."""
+        """Return a reader of ``root/bop_webdataset``; third-party shards are read as the format ``bop``."""
         from warehouse_sim.dataset.formats.bop.shards.reader import ShardsReader
 
         return ShardsReader(root)

@@ -1,4 +1,4 @@
-"""What ``validate`` asks of BOP shards: other eyes than the reader's open them, the numbers are held to the records."""
+"""Checks of BOP shards: other eyes than the reader's open them, the numbers are held to the records."""
 
 import json
 import tarfile

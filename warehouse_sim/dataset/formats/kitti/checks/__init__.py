@@ -1,4 +1,4 @@
-"""What ``validate`` asks of KITTI files; one file a subject, one function a check."""
+"""Checks of KITTI files; one file a subject, one function a check."""
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats.kitti.checks import agreement, files, labels, points

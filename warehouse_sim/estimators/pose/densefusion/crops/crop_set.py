@@ -38,7 +38,7 @@ class CropTable(NamedTuple):
     ray_map: Float[Tensor, "k 2 3"] | None = None
     """Maps (column, row, 1) of the depth crop's pixels to their rays (x / z, y / z)."""
     down: Float[Tensor, "k 3"] | None = None
-    """Gravity in the camera frame, a unit vector; NaN where nobody knows."""
+    """Gravity in the camera frame, a unit vector; NaN if unknown."""
     signed_px: Int8[Tensor, "k p"] | None = None
     """Pixels to the mask's outline, positive inside; this and what follows only of crops with surroundings."""
     belongs: Bool[Tensor, "k p"] | None = None

@@ -38,7 +38,7 @@ class Crop:
     ray_map: Float[np.ndarray, "2 3"] | None = None
     """Maps (column, row, 1) of the depth crop's pixels to their rays (x / z, y / z)."""
     down: Direction | None = None
-    """Gravity, a unit vector in the camera frame; None where nobody knows."""
+    """Gravity, a unit vector in the camera frame; None if unknown."""
     around: Surroundings | None = None
     """What is known of points that need not be the object's; None where all are pixels of the mask."""
     view: DepthView | None = None
@@ -58,9 +58,9 @@ class CropLabel(NamedTuple):
     position: int
     obj_id: int
     T_camera_object: Float[np.ndarray, "4 4"]
-    """True pose; the identity where nobody knows it."""
+    """True pose; the identity if unknown it."""
     down: Direction | None = None
-    """Gravity, a unit vector in the camera frame; None where nobody knows."""
+    """Gravity, a unit vector in the camera frame; None if unknown."""
 
 
 def back_project(
@@ -129,7 +129,7 @@ def cut_mask(
         config: How to cut.
         rng: Decides which pixels are kept.
         owners: Position of the label that each pixel truly shows plus 1, 0 for none, for crops with surroundings;
-            None where nobody knows.
+            None if unknown.
     """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if rows.size == 0:

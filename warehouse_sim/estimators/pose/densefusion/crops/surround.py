@@ -93,7 +93,7 @@ class Surroundings:
     signed_px: Int8[np.ndarray, " p"]
     """Distance of each point's pixel to the nearest one on the mask's other side: positive inside, negative outside."""
     belongs: Bool[np.ndarray, " p"]
-    """Whether the point is truly the object's; what the mask says where nobody knows."""
+    """Whether the point is truly the object's; what the mask says if unknown."""
     neighbour: UInt8[np.ndarray, " p"]
     """Which other target it belongs to, numbered 1-15 in this crop; 0 for none."""
     uv: Int16[np.ndarray, "p 2"]
@@ -121,7 +121,7 @@ def surroundings(
     Args:
         mask: Pixels that are said to be the object's.
         depth: Metres along the optical axis, 0 = no reading.
-        owners: Which target each pixel shows, 0 for none; None where nobody knows.
+        owners: Which target each pixel shows, 0 for none; None if unknown.
         own: Which of ``owners`` the object is.
         box_xyxy: Inclusive corners of the mask.
         config: How wide the rim is, and how much is kept.

@@ -26,8 +26,8 @@ class NetworkInput(NamedTuple):
     inside: Float[Tensor, "b n"] | None = None
     """1 where the mask holds the point, else 0; None for networks that take all points for the object's."""
     level: Float[Tensor, " b"] | None = None
-    """1 where the points stand upright by gravity, 0 where nobody knows where down is; None for networks that are not
-    told."""
+    """1 where the points stand upright by gravity, 0 if gravity is unknown; None for networks without
+    this input."""
 
     def to(self, device: torch.device | str) -> "NetworkInput":
         """Return the same inputs on ``device``."""

@@ -115,7 +115,7 @@ def prepare(
 
 
 def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
-    """Return the network of a method with the inputs that the settings ask for.
+    """Return the network of a method with the inputs that the settings require.
 
     Raises:
         TrainingError: The original's quirks are requested, and inputs that it does not have.

@@ -131,8 +131,8 @@ def _misfit(name_or_run: str | Path, old: PoseRun, network: DenseFusionConfig) -
              if getattr(old.network, name) != getattr(network, name)]  # fmt: skip
     kinds = ("paper", "surroundings", "upright")
     more = "".join(f" --{name}" for name in kinds if getattr(old.train, name))
-    told = "".join(f", {name}" for name in kinds if getattr(old.train, name))
+    kinds_text = "".join(f", {name}" for name in kinds if getattr(old.train, name))
     return (
-        f"{name_or_run} holds weights of {old.estimator}, size {old.train.size}{told}, which do not fit "
+        f"{name_or_run} holds weights of {old.estimator}, size {old.train.size}{kinds_text}, which do not fit "
         f"(other {', '.join(parts)}); train {old.estimator} with --size {old.train.size}{more}, or without --init"
     )

@@ -26,7 +26,7 @@ TOF_INDUSTRIAL = TimeOfFlight(
     min_coherence=0.0,
     min_signal=0.008,
     stray_light=0.01,
-    # Floors before recorded fronts are read where they are, within 0.5 %: little of the light by way of them is left.
+    # Floors before recorded faces are read where they are, within 0.5 %: little of the light by way of them is left.
     multipath=0.25,
     gloss_bias=0.06,
     reflections=1.0,
