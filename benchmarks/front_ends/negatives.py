@@ -185,7 +185,7 @@ def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> lis
     right = np.array([good for good, _ in scores["pallet"]])
     least = float(np.quantile(right, 1.0 - RECALL, method="lower"))
     recall = float((right >= max(least, 1e-9)).mean())
-    rows = [{"kind": "pallet", "least_score": least, "n": len(right), "value": recall}]
+    rows = [{"kind": "pallet", "min_score": least, "n": len(right), "value": recall}]
     for kind in KINDS[1:]:
         wrong = np.array([bad for _, bad in scores[kind]])
         fraction = float((wrong >= max(least, 1e-9)).mean())

@@ -23,7 +23,7 @@ from warehouse_sim.resources import model_dir
 
 LEAST_POINTS = 30
 """Pallets with fewer are not requested; what is found on them is neither right nor wrong."""
-_EVERY = DetectConfig(least_score=0.01, threads=1)
+_EVERY = DetectConfig(min_score=0.01, threads=1)
 """Average precision requires all that is found, however unsure."""
 
 

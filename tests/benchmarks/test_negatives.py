@@ -49,7 +49,7 @@ def test_shares_are_counted_from_the_score_on_that_takes_95_of_100_pallets() -> 
     scores["shelf"] = [(0.0, 0.9), *[(0.0, 0.45)] * 9]
     rows = {row["kind"]: row for row in summary(scores, "x")}
     assert rows["pallet"]["value"] >= 0.95
-    assert 0.503 <= rows["pallet"]["least_score"] <= 0.506
+    assert 0.503 <= rows["pallet"]["min_score"] <= 0.506
     assert rows["shelf"]["value"] == pytest.approx(0.1)
     assert rows["three cartons"]["value"] == 0.0
     # Pallets that are all missed accept nothing, and say so.

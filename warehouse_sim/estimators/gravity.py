@@ -37,7 +37,7 @@ def down_from_floor(
     camera: PinholeCamera,
     depth: Float32[np.ndarray, "h w"],
     rng: np.random.Generator,
-    most_lean: float = 0.6,
+    max_lean: float = 0.6,
     least_fraction: float = 0.05,
 ) -> Direction | None:
     """Return gravity as the floor in sight has it, or None where no floor is seen.
@@ -49,7 +49,7 @@ def down_from_floor(
         camera: Intrinsics.
         depth: Metres along the optical axis, 0 = no reading.
         rng: Source of randomness.
-        most_lean: Largest angle (rad) between the image's downward direction and gravity.
+        max_lean: Largest angle (rad) between the image's downward direction and gravity.
         least_fraction: Least fraction of the readings that the floor must have.
     """
     v, u = np.nonzero(depth > 0)
@@ -66,7 +66,7 @@ def down_from_floor(
             continue
         normal = normal / length * np.sign(normal[1] or 1.0)
         height = float(normal @ a)
-        if normal[1] < np.cos(most_lean) or height <= 0.05:
+        if normal[1] < np.cos(max_lean) or height <= 0.05:
             continue
         above = height - points @ normal
         tolerance = 0.01 + 0.005 * points[:, 2]

@@ -68,7 +68,7 @@ def bop_scores(
     predictions: Sequence[PoseEstimate],
     images: Sequence[ImageRecord],
     models: ErrorModels,
-    least_visible: float = 0.1,
+    min_visible: float = 0.1,
     seen: SeenDepth | None = None,
 ) -> BopScores:
     """Score estimates as the challenges do.
@@ -77,7 +77,7 @@ def bop_scores(
         predictions: Estimates of all images; those of objects that an image lacks do not count, as in the reference.
         images: Images with their targets.
         models: Where errors are measured.
-        least_visible: Fraction (0-1) that must be seen of what is to be found; what is found on less does not count.
+        min_visible: Fraction (0-1) that must be seen of what is to be found; what is found on less does not count.
         seen: Reads depth images, for recall by VSD; None leaves that out.
     """
     kept = _best_of_each_image(predictions)
@@ -85,15 +85,15 @@ def bop_scores(
     recall, precision = {}, {}
     for name, error_of in {"mssd": _over_diameter(models), "mspd": _over_width(models)}.items():
         errors = pairwise_errors(to_locate, predictions, error_of, models)
-        recall[name] = _average_recall(to_locate, [errors], predictions, least_visible)
+        recall[name] = _average_recall(to_locate, [errors], predictions, min_visible)
         if len(kept) < len(predictions):
             errors = pairwise_errors(to_detect, kept, error_of, models)
-        precision[name] = _mean_precision(to_detect, errors, kept, least_visible)
+        precision[name] = _mean_precision(to_detect, errors, kept, min_visible)
     ar_vsd = ar = None
     if seen is not None:
         surfaces = vsd_errors(to_locate, predictions, models, seen)
         by_tolerance = [[found[..., tau] for found in surfaces] for tau in range(len(BOP_TAUS))]
-        ar_vsd = _average_recall(to_locate, by_tolerance, predictions, least_visible)
+        ar_vsd = _average_recall(to_locate, by_tolerance, predictions, min_visible)
         ar = (ar_vsd + recall["mssd"] + recall["mspd"]) / 3.0
     return BopScores(
         recall["mssd"],
@@ -157,13 +157,13 @@ def _average_recall(
     groups: Sequence[Group],
     ways: Sequence[Sequence[Float[np.ndarray, "p g"]]],
     predictions: Sequence[PoseEstimate],
-    least_visible: float,
+    min_visible: float,
 ) -> float:
     """Return the mean recall over all thresholds and over several ways to measure the errors of all groups."""
     wanted, hits = 0, 0
     for errors in ways:
         for group, of_group in zip(groups, errors, strict=True):
-            evaluated = _evaluated(group, least_visible)
+            evaluated = _evaluated(group, min_visible)
             count, scores = int(evaluated.sum()), _scores(group, predictions)
             wanted += count
             for threshold in THRESHOLDS:
@@ -175,16 +175,16 @@ def _mean_precision(
     groups: Sequence[Group],
     errors: Sequence[Float[np.ndarray, "p g"]],
     predictions: Sequence[PoseEstimate],
-    least_visible: float,
+    min_visible: float,
 ) -> float:
     by_object: dict[int, list[tuple[Group, np.ndarray]]] = {}
     for group, of_group in zip(groups, errors, strict=True):
         by_object.setdefault(group.targets[0].obj_id, []).append((group, of_group))
     precisions = []
     for parts in by_object.values():
-        if any(_evaluated(group, least_visible).any() for group, _ in parts):
+        if any(_evaluated(group, min_visible).any() for group, _ in parts):
             for threshold in THRESHOLDS:
-                matches = [_matches(group, own, predictions, least_visible, threshold) for group, own in parts]
+                matches = [_matches(group, own, predictions, min_visible, threshold) for group, own in parts]
                 precisions.append(average_precision(matches))
     return float(np.mean(precisions)) if precisions else float("nan")
 
@@ -193,10 +193,10 @@ def _matches(
     group: Group,
     errors: Float[np.ndarray, "p g"],
     predictions: Sequence[PoseEstimate],
-    least_visible: float,
+    min_visible: float,
     threshold: float,
 ) -> Matches:
-    evaluated, scores = _evaluated(group, least_visible), _scores(group, predictions)
+    evaluated, scores = _evaluated(group, min_visible), _scores(group, predictions)
     right, ignored = np.zeros((2, len(scores)), dtype=bool)
     for row, column in match_by_score(errors, scores, len(scores), threshold).items():
         right[row], ignored[row] = evaluated[column], not evaluated[column]
@@ -204,8 +204,8 @@ def _matches(
     return Matches(scores[order], right[order], ignored[order], int(evaluated.sum()))
 
 
-def _evaluated(group: Group, least_visible: float) -> Bool[np.ndarray, " g"]:
-    return np.array([target.visible_fraction >= least_visible for target in group.targets])
+def _evaluated(group: Group, min_visible: float) -> Bool[np.ndarray, " g"]:
+    return np.array([target.visible_fraction >= min_visible for target in group.targets])
 
 
 def _scores(group: Group, predictions: Sequence[PoseEstimate]) -> Float[np.ndarray, " p"]:

@@ -25,7 +25,7 @@ def match(
     scores: Float[np.ndarray, " n"],
     overlaps: Float[np.ndarray, "n m"],
     wanted: Bool[np.ndarray, " m"],
-    least_overlap: float,
+    min_overlap: float,
 ) -> Matches:
     """Match the detections of an image greedily, the best score first, each with what it overlaps most.
 
@@ -34,7 +34,7 @@ def match(
         overlaps: Intersection over union of each detection with each true object; for what is not wanted, COCO takes
             the covered fraction of the detection, since it may stand for many.
         wanted: Which true objects are to be found; others may be found by any number of detections without harm.
-        least_overlap: From here on a detection is right.
+        min_overlap: From here on a detection is right.
     """
     order = np.argsort(-scores, kind="stable")
     right, ignored = np.zeros(len(order), dtype=bool), np.zeros(len(order), dtype=bool)
@@ -43,10 +43,10 @@ def match(
         found = overlaps[detection]
         open_ones = np.where(free, found, -1.0)
         best = int(open_ones.argmax()) if open_ones.size else -1
-        if best >= 0 and open_ones[best] >= least_overlap:
+        if best >= 0 and open_ones[best] >= min_overlap:
             right[row], free[best] = True, False
         else:
-            ignored[row] = bool((found[~wanted] >= least_overlap).any())
+            ignored[row] = bool((found[~wanted] >= min_overlap).any())
     return Matches(scores[order], right, ignored, int(wanted.sum()))
 
 

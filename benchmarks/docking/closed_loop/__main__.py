@@ -32,7 +32,7 @@ def main(
     levels: tuple[str, ...] = tuple(CONDITIONS),
     seed: int = 0,
     masks: str = GT_MASKS,
-    least_score: float = 0.2,
+    min_score: float = 0.2,
     folder: Path = FOLDER,
     pictures: int = 0,
     write: bool = False,
@@ -46,7 +46,7 @@ def main(
         levels: Names of conditions (``settings.CONDITIONS``).
         seed: Of the scenes.
         masks: "gt" for the ground-truth mask of the pallet in each image, or a front end by name.
-        least_score: Below this an estimate does not count; several in a row stop the truck.
+        min_score: Below this an estimate does not count; several in a row stop the truck.
         folder: Where episodes and pictures are kept.
         pictures: How many starts of each recipe to draw, under the first level, all methods in one picture.
         write: Store the result file.
@@ -55,7 +55,7 @@ def main(
     kept, conditions = Kept(folder / "episodes.jsonl"), [CONDITIONS[name] for name in levels]
     with open_renderer("raster") as renderer:
         for recipe in recipes:
-            runner = Runner(recipe, seed, methods, conditions, renderer, kept, masks, least_score)
+            runner = Runner(recipe, seed, methods, conditions, renderer, kept, masks, min_score)
             for row in runner.rows(episodes):
                 rows.append(row)
                 print(_line(row), flush=True)
@@ -68,7 +68,7 @@ def main(
         chosen = "" if levels == tuple(CONDITIONS) else " --levels " + " ".join(f"'{name}'" for name in levels)
         command = (
             f"python -m benchmarks.docking.closed_loop {' '.join(recipes)} --episodes {episodes} --methods "
-            f"{' '.join(methods)}{chosen} --seed {seed} --masks {masks} --least-score {least_score:g} --write"
+            f"{' '.join(methods)}{chosen} --seed {seed} --masks {masks} --min-score {min_score:g} --write"
         )
         settings = {"drive": asdict(runner.drive), "truck": asdict(runner.truck)}
         settings |= {"drifts": {name: asdict(item) for name, item in DRIFTS.items()}}

@@ -11,7 +11,7 @@ from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
 
 TRUCK = TruckConfig()
-PATIENT = replace(TRUCK, most_force=1e9, most_push=10.0)
+PATIENT = replace(TRUCK, max_force=1e9, max_push=10.0)
 """Goes on whatever it strikes."""
 
 

@@ -110,8 +110,8 @@ def test_points_taken_together_give_the_same_clusters() -> None:
 
 def test_no_points_no_clusters_and_limits_that_contradict() -> None:
     assert cluster(np.zeros((0, 3)), SPACING).count == 0
-    with pytest.raises(ConfigError, match=r"least_eps 0.5 m must not exceed most_eps 0.25 m"):
-        ClusterConfig(least_eps=0.5)
+    with pytest.raises(ConfigError, match=r"min_eps 0.5 m must not exceed max_eps 0.25 m"):
+        ClusterConfig(min_eps=0.5)
 
 
 def test_without_scikit_learn_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

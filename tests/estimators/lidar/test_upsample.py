@@ -93,7 +93,7 @@ def test_few_readings_give_no_depth_and_none_gives_none() -> None:
     assert not upsample(sparse).any()
     sparse[22, 21] = 3.0
     assert upsample(sparse).any()
-    assert upsample(sparse, UpsampleConfig(least=4)).any() == np.False_
+    assert upsample(sparse, UpsampleConfig(min_readings=4)).any() == np.False_
 
 
 def test_the_window_has_a_middle() -> None:

@@ -220,7 +220,7 @@ def test_a_fork_that_is_too_short_for_a_pallet_lifts_nothing():
     assert not docks(SHORT_SIDE, at_entry(SHORT_SIDE), stub)
     assert failure(SHORT_SIDE, at_entry(SHORT_SIDE), stub) == "too_short"
     assert docks(LONG_SIDE, at_entry(LONG_SIDE), stub)
-    assert docks(SHORT_SIDE, at_entry(SHORT_SIDE), ForkConfig(tine_length=0.8, least_insertion=0.6))
+    assert docks(SHORT_SIDE, at_entry(SHORT_SIDE), ForkConfig(tine_length=0.8, min_insertion=0.6))
 
 
 def test_tips_must_reach_into_the_object_however_short_its_pockets_are():

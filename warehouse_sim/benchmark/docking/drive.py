@@ -90,7 +90,7 @@ def _rejection(station: Station, face: DockingFace, T_world_dock: Transform, tru
         return "upside down"
     if T_world_dock[:3, 0] @ true[:3, 0] <= 0.0:  # it stands before this side and would have to come out of it
         return "reversed"
-    low, high = truck.most_tilt
+    low, high = truck.max_tilt
     return "" if low <= heading(T_world_dock)[1] <= high else "beyond the tilt of the mast"
 
 
@@ -159,9 +159,9 @@ class _Run:
         """Look at the pallet while the forks go in."""
         moved = transform_points(self._pose(PALLET), self.corners) - transform_points(self.before, self.corners)
         self.push = max(self.push, float(np.linalg.norm(moved, axis=1).max()))
-        if self.force > self.truck.most_force:
+        if self.force > self.truck.max_force:
             return "struck"
-        return "pushed" if self.push > self.truck.most_push else None
+        return "pushed" if self.push > self.truck.max_push else None
 
     def _lift(self) -> Outcome:
         """Lift until the pallet is up, hold, and look at pallet and load."""
@@ -169,7 +169,7 @@ class _Run:
         at, load = self._pose(PALLET), self._load_on_pallet()
         look = _LOOK_EVERY * self.model.opt.timestep
         bottom = float(data.actuator("lift").ctrl[0])
-        for count in range(int(truck.most_lift / truck.lift_speed / look)):
+        for count in range(int(truck.max_lift / truck.lift_speed / look)):
             data.actuator("lift").ctrl = bottom + (count + 1) * look * truck.lift_speed
             self._steps(_LOOK_EVERY)
             self._show()
@@ -177,15 +177,15 @@ class _Run:
                 break
         self._steps(round(_HOLD / self.model.opt.timestep))
         now = self._pose(PALLET)
-        if self._leans(at) or np.linalg.norm(now[:2, 3] - at[:2, 3]) > truck.most_slip:
+        if self._leans(at) or np.linalg.norm(now[:2, 3] - at[:2, 3]) > truck.max_slip:
             return "fell"
         if self._risen(at) < truck.raised / 2.0:
             return "not lifted"
         if load is not None:
             slipped = invert(load) @ self._load_on_pallet()
             if (
-                np.linalg.norm(slipped[:3, 3]) > truck.most_slip
-                or rotation_angle(slipped[:3, :3], np.eye(3)) > truck.most_lean
+                np.linalg.norm(slipped[:3, 3]) > truck.max_slip
+                or rotation_angle(slipped[:3, :3], np.eye(3)) > truck.max_lean
             ):
                 return "fell"
         return "docked"
@@ -196,7 +196,7 @@ class _Run:
         return float((now - transform_points(at, self.corners))[:, 2].min())
 
     def _leans(self, at: Transform) -> bool:
-        return bool(self._pose(PALLET)[:3, 2] @ at[:3, 2] < np.cos(self.truck.most_lean))
+        return bool(self._pose(PALLET)[:3, 2] @ at[:3, 2] < np.cos(self.truck.max_lean))
 
     def _load_on_pallet(self) -> Transform | None:
         if mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, LOAD) < 0:

@@ -30,7 +30,7 @@ def limits(face: DockingFace, fork: ForkConfig) -> dict[str, tuple[float, float]
     clear = np.min([pocket.size for pocket in face.pockets], axis=0)
     beside, above = (clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0
     inside = min(float(clear[0]), fork.reach)
-    short = max(fork.reach - fork.least_insertion * face.depth, 0.0)
+    short = max(fork.reach - fork.min_insertion * face.depth, 0.0)
     return {
         "lateral": (beside, beside),
         "vertical": (above, above),

@@ -47,12 +47,12 @@ class TruckConfig:
     speed."""
     raised: float = 0.05
     """How high the pallet is lifted to prove that it was taken (m): EN 15620 leaves 75 mm over a load in a rack."""
-    most_lift: float = 0.25
+    max_lift: float = 0.25
     """The lift gives up after this way (m): an assumption, more than the height of any pocket."""
     lowest: float = 0.010
     """The lift goes no lower than with the undersides of the heels this far over the floor (m): an assumption; lowered
     blades of 40 mm have their tops at 50-60 mm (h13 of makers' type sheets, VDI 2198)."""
-    most_tilt: tuple[float, float] = (-0.0873, 0.1396)
+    max_tilt: tuple[float, float] = (-0.0873, 0.1396)
     """Pitch that the mast can take (rad): 5 degrees forward, 8 back, usual of such trucks, without a source."""
     friction_steel: float = 0.3
     """Of pallets on forks, rack beams and all else of steel: sawn wood on steel sheet, CTU Code, informative
@@ -61,17 +61,17 @@ class TruckConfig:
     """Of pallets on the floor: smooth concrete on sawn wood, as above."""
     friction_load: float = 0.5
     """Of a load on its pallet: cardboard on a wooden pallet, as above."""
-    most_force: float = 750.0
+    max_force: float = 750.0
     """Force (N) that the forks may exert on anything while they go in. No source was found: an assumption, of the order
     at which an obstacle stops an automated truck, five times what slides an empty EPAL 1 and a fifth of what slides a
     loaded one."""
     force_time: float = 0.05
     """The force is its mean over this time (s), so that the first touch of two stiff bodies counts by its momentum and
     not by the stiffness of the contact: an assumption."""
-    most_push: float = 0.010
+    max_push: float = 0.010
     """How far any corner of the pallet may move while the forks go in (m): set by the benchmark's definition, 1 cm."""
-    most_lean: float = 0.0873
+    max_lean: float = 0.0873
     """Tilt of the lifted pallet against how it stood (rad) beyond which it is falling: an assumption, 5 degrees."""
-    most_slip: float = 0.05
+    max_slip: float = 0.05
     """How far the load may slip on the pallet, or the pallet on the forks (m), before it counts as falling: an
     assumption."""

@@ -71,8 +71,8 @@ class Kept(NamedTuple):
 def suppress(
     boxes: Float[np.ndarray, "n 4"],
     scores: Float[np.ndarray, "n c"],
-    least_score: float = 0.25,
-    most_overlap: float = 0.6,
+    min_score: float = 0.25,
+    max_overlap: float = 0.6,
     most_boxes: int = 300,
 ) -> Kept:
     """Return the boxes that no better one of their class overlaps.
@@ -80,16 +80,16 @@ def suppress(
     Args:
         boxes: Left, top, right, bottom.
         scores: Of each class, 0-1; a box may stay for several.
-        least_score: Boxes below it are left out.
-        most_overlap: Largest intersection over union with a better box of the class.
+        min_score: Boxes below it are left out.
+        max_overlap: Largest intersection over union with a better box of the class.
         most_boxes: How many remain at most.
     """
-    rows, classes = np.nonzero(scores > least_score)
+    rows, classes = np.nonzero(scores > min_score)
     values = scores[rows, classes]
     best = np.argsort(-values, kind="stable")[:CONSIDERED]
     rows, classes, values = rows[best], classes[best], values[best]
     found = boxes[rows]
-    alike = (box_ious(found, found) > most_overlap) & (classes[:, None] == classes)
+    alike = (box_ious(found, found) > max_overlap) & (classes[:, None] == classes)
     stays = np.ones(len(rows), dtype=bool)
     kept = list[int]()
     for number in range(len(rows)):
@@ -107,7 +107,7 @@ def box_precision(
     classes: Sequence[np.ndarray],
     wanted: Sequence[Bool[np.ndarray, " m"]],
     class_count: int,
-    least_overlap: float,
+    min_overlap: float,
 ) -> float:
     """Return the mean over classes of the average precision, in percent; classes that never occur do not count.
 
@@ -117,7 +117,7 @@ def box_precision(
         classes: Their classes.
         wanted: Which of them are to be found.
         class_count: Number of classes.
-        least_overlap: Intersection over union from which on a detection is right.
+        min_overlap: Intersection over union from which on a detection is right.
     """
     values = list[float]()
     for number in range(class_count):
@@ -126,7 +126,7 @@ def box_precision(
             mine, theirs = kept.classes == number, labels == number
             box, gt_box, is_requested = kept.boxes[mine], gt[theirs], requested[theirs]
             overlap = np.where(is_requested, box_ious(box, gt_box), box_coverage(box, gt_box))
-            rows.append(match(kept.scores[mine], overlap, is_requested, least_overlap))
+            rows.append(match(kept.scores[mine], overlap, is_requested, min_overlap))
         values.append(average_precision(rows))
     known = [value for value in values if not np.isnan(value)]
     return 100.0 * float(np.mean(known)) if known else 0.0

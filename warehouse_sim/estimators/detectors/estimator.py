@@ -23,11 +23,11 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 class DetectConfig:
     """What counts as found."""
 
-    least_score: Fraction = 0.25
+    min_score: Fraction = 0.25
     """Detections of lower scores are left out, 0-1."""
-    most_overlap: Fraction = 0.6
+    max_overlap: Fraction = 0.6
     """Intersection over union with a better one of the same class from which on a detection is left out, 0-1."""
-    most: Annotated[int, Range(1, 1000)] = 300
+    max_detections: Annotated[int, Range(1, 1000)] = 300
     """Detections of an image at most, 1-1,000."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where the network runs; auto takes a GPU if there is one."""
@@ -90,8 +90,8 @@ class TrainedDetector(Detector):
             boxes, scores = self._network.decode(self._network(rgb, depth))
         config = self.config
         kept = suppress(
-            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.least_score, config.most_overlap,
-            config.most,
+            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.min_score, config.max_overlap,
+            config.max_detections,
         )  # fmt: skip
         edges = box.off_canvas(kept.boxes)
         by_object = self.run_config.train.labels == "object"

@@ -50,7 +50,7 @@ class BoxTask(Task):
     """
 
     network: BoxNetwork
-    most_overlap = 0.6
+    max_overlap = 0.6
     """Of a detection with a better one of its class, in validation."""
 
     def __init__(
@@ -126,7 +126,7 @@ class BoxTask(Task):
         for part in parts:
             boxes, scores = network.decode(network(*self._tensors(part)))
             for box, score in zip(boxes.cpu().numpy(), scores.cpu().numpy(), strict=True):
-                found.append(suppress(box.astype(float), score, _LEAST_SCORE, self.most_overlap))
+                found.append(suppress(box.astype(float), score, _LEAST_SCORE, self.max_overlap))
         return found
 
     def _tensors(self, samples: Sequence[Sample]) -> Inputs:

@@ -21,9 +21,9 @@ class ClusterConfig:
 
     spacings: Annotated[float, Range(0.1, 100)] = 8.0
     """Neighbours are nearer than so many distances of neighbouring readings, 0.1-100."""
-    least_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.1
+    min_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.1
     """But at least this near (m), 0.0001-100 ..."""
-    most_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.25
+    max_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.25
     """... and at most this far (m), 0.0001-100."""
     min_points: Annotated[int, Range(1, 10_000)] = 10
     """A point with so many neighbours, itself included, is a core, 1-10,000."""
@@ -37,8 +37,8 @@ class ClusterConfig:
     """Whose DBSCAN: scipy's trees and graphs, several times faster, or scikit-learn (extra lidar). Both are exact."""
 
     def __post_init__(self) -> None:
-        if self.least_eps > self.most_eps:
-            raise ValueError(f"least_eps {self.least_eps} m must not exceed most_eps {self.most_eps} m")
+        if self.min_eps > self.max_eps:
+            raise ValueError(f"min_eps {self.min_eps} m must not exceed max_eps {self.max_eps} m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def eps_at(z: Float[np.ndarray, " n"], spacing: float, config: ClusterConfig) ->
         spacing: Angle between neighbouring readings (rad): 1 / f of a depth image, the step of a LiDAR's beams.
         config: Settings.
     """
-    return np.clip(config.spacings * z * spacing, config.least_eps, config.most_eps)
+    return np.clip(config.spacings * z * spacing, config.min_eps, config.max_eps)
 
 
 def in_reaches(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterConfig) -> Float[np.ndarray, "n 3"]:
@@ -73,10 +73,10 @@ def in_reaches(points: Float[np.ndarray, "n 3"], spacing: float, config: Cluster
     log z, where it is constant the point itself, and where the two meet they are continuous.
     """
     z, rate = points[:, 2], config.spacings * spacing
-    low, high = config.least_eps / rate, config.most_eps / rate
-    ahead = np.minimum(z, low) / config.least_eps
+    low, high = config.min_eps / rate, config.max_eps / rate
+    ahead = np.minimum(z, low) / config.min_eps
     ahead += np.log(np.clip(z, low, high) / low) / rate
-    ahead += np.maximum(z - high, 0.0) / config.most_eps
+    ahead += np.maximum(z - high, 0.0) / config.max_eps
     eps = eps_at(z, spacing, config)[:, None]
     return np.hstack([points[:, :2] / eps, ahead[:, None]])
 

@@ -114,7 +114,7 @@ class UpsampleConfig:
     """Readings that are averaged differ by less from the one that was chosen (m), 0.001-10 ..."""
     same_fraction: Annotated[float, Range(0, 1)] = 0.02
     """... at zero range, and by this fraction of the range more, 0-1."""
-    least: Annotated[int, Range(1, 100)] = 3
+    min_readings: Annotated[int, Range(1, 100)] = 3
     """Readings that the window must hold, 1-100."""
 
     def __post_init__(self) -> None:
@@ -211,7 +211,7 @@ class _Window:
         hold a reading, on the other half as much again may be looked at: beams may be that far apart.
         """
         has, (height, width) = (self._depth > 0).astype(np.float32), self._kernel.shape
-        enough = _count(has, height, width, None) >= self._config.least - 0.5
+        enough = _count(has, height, width, None) >= self._config.min_readings - 0.5
         farther = 2 * (3 * height // 4) + 1
         for side in ("left", "right", "up", "down"):
             enough &= _count(has, farther if side in ("up", "down") else height, width, side) >= 0.5

@@ -99,7 +99,7 @@ class Tracker:
             for column, track in enumerate(before):
                 if track.last.obj_id == item.obj_id:
                     distance = self._nearest(track, item, measured)[1]
-                    cost[row, column] = distance if distance <= self.config.gate else _FAR
+                    cost[row, column] = distance if distance <= self.config.gating_threshold else _FAR
         pairs = dict(zip(*(part.tolist() for part in linear_sum_assignment(cost)), strict=True))
         found = []
         for row, (item, measured) in enumerate(zip(taken, seen, strict=True)):
@@ -145,7 +145,7 @@ class Tracker:
         """Return supported tracks of objects that should be in the image, but of which nothing was estimated there."""
         found = []
         for track in self.tracks:
-            recent = view.time - track.time <= self.config.max_age and track.support >= self.config.least_support
+            recent = view.time - track.time <= self.config.max_age and track.support >= self.config.min_support
             if not recent or any(track is other or self._are_rivals(track, other) for other in used):
                 continue
             if in_sight(view, track.belief.T_world_object[:3, 3]) and self._best_rival(track) is track:

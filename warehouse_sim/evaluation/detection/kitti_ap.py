@@ -45,17 +45,17 @@ class KittiScore:
 
 
 def kitti_scores(
-    gt: Sequence[KittiObjects], found: Sequence[KittiObjects], least_overlap: Mapping[str, float]
+    gt: Sequence[KittiObjects], found: Sequence[KittiObjects], min_overlap: Mapping[str, float]
 ) -> list[KittiScore]:
     """Score detections of some images; those with nothing to be found are left out.
 
     Args:
         gt: Labels of each image, with "DontCare" regions among them.
         found: Detections of each.
-        least_overlap: Overlap that a detection must exceed, by class: KITTI requires 0.7 of cars and 0.5 of others.
+        min_overlap: Overlap that a detection must exceed, by class: KITTI requires 0.7 of cars and 0.5 of others.
     """
     rows = []
-    for class_name, least in least_overlap.items():
+    for class_name, least in min_overlap.items():
         for view in VIEWS:
             shared = [overlaps(view, b, a) for a, b in zip(gt, found, strict=True)]
             stuff = [fraction_in(view, b, a.only(a.is_dont_care)) for a, b in zip(gt, found, strict=True)]
@@ -161,9 +161,9 @@ def _right_scores(image: _Image) -> Float[np.ndarray, " k"]:
     return np.array(right, dtype=float)
 
 
-def _count(image: _Image, least_score: float) -> tuple[float, float, float]:
+def _count(image: _Image, min_score: float) -> tuple[float, float, float]:
     """Return how many detections of at least a score are right and wrong, and how well the right ones are turned."""
-    kept = image.score >= least_score
+    kept = image.score >= min_score
     free, right, alike = (image.counts >= 0) & kept, 0, 0.0
     for gt in np.flatnonzero(image.role >= 0):
         over = np.where(free, image.overlap[:, gt], 0.0)

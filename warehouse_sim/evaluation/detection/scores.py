@@ -70,7 +70,7 @@ def score_detections(
     reader: DatasetReader,
     images: Sequence[ImageRecord],
     evaluated: Evaluated = Evaluated(),
-    least_score: float = 0.5,
+    min_score: float = 0.5,
 ) -> list[DetectionScore]:
     """Return the scores of each class that is to be found in some images, in alphabetical order.
 
@@ -79,10 +79,10 @@ def score_detections(
         reader: The dataset.
         images: Where to look.
         evaluated: Which true objects are to be found.
-        least_score: Of detections that count for panoptic quality, which knows no scores.
+        min_score: Of detections that count for panoptic quality, which knows no scores.
     """
     seen = seen_by_class(found, reader, images, evaluated)
-    return [_score(name, parts, least_score) for name, parts in sorted(seen.items()) if wanted_in(parts)]
+    return [_score(name, parts, min_score) for name, parts in sorted(seen.items()) if wanted_in(parts)]
 
 
 def seen_by_class(
@@ -128,13 +128,13 @@ def _compare(
     return Seen(image.scene_id, scores, wanted, overlap, shared / np.maximum(union, 1.0))
 
 
-def _score(name: str, parts: Sequence[Seen], least_score: float) -> DetectionScore:
+def _score(name: str, parts: Sequence[Seen], min_score: float) -> DetectionScore:
     precision = _precisions("box", [(item.scores, item.boxes, item.wanted) for item in parts])
     masked = [(item.scores, item.masks, item.wanted) for item in parts if item.masks is not None]
     quality = None
     if len(masked) == len(parts):
         precision |= _precisions("mask", masked)
-        quality = _panoptic_quality(masked, least_score)
+        quality = _panoptic_quality(masked, min_score)
     return DetectionScore(name, wanted_in(parts), precision, quality)
 
 
@@ -144,16 +144,16 @@ def _precisions(kind: str, parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndar
     return found | {kind: float(np.mean(list(values.values())))}
 
 
-def _match(part: tuple[np.ndarray, np.ndarray, np.ndarray], least_overlap: float) -> Matches:
+def _match(part: tuple[np.ndarray, np.ndarray, np.ndarray], min_overlap: float) -> Matches:
     scores, overlap, wanted = part
-    return match(scores, overlap, wanted, least_overlap)
+    return match(scores, overlap, wanted, min_overlap)
 
 
-def _panoptic_quality(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], least_score: float) -> float:
+def _panoptic_quality(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], min_score: float) -> float:
     """Return sum of overlaps of matched masks / (matched + half of the others, found and true)."""
     total, matched, others = 0.0, 0, 0
     for scores, overlap, wanted in parts:
-        kept = overlap[scores >= least_score]
+        kept = overlap[scores >= min_score]
         # Above a half, a match is the only one.
         pairs = (kept > 0.5) & wanted
         ignored = ((kept > 0.5) & ~wanted).any(axis=1) & ~pairs.any(axis=1)

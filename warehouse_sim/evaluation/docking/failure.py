@@ -83,7 +83,7 @@ def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -
 
 def _used_along(slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "2 n"]:
     """Of the clearance before the face (too deep) and beyond the least insertion (too short)."""
-    before, beyond = fork.heel_gap, fork.reach - fork.least_insertion * face.depth
+    before, beyond = fork.heel_gap, fork.reach - fork.min_insertion * face.depth
     return np.stack(
         [(before - slack.heel) / max(before, _LEAST_CLEARANCE), (beyond - slack.tips) / max(beyond, _LEAST_CLEARANCE)]
     )

@@ -26,7 +26,7 @@ class ForkConfig:
     """Length of a tine from heel to tip (m), 0.01-10; longer than ``heel_gap``."""
     heel_gap: Annotated[float, Range(0, 1, "m")] = 0.05
     """How far before the estimated face the heel stops (m), 0-1."""
-    least_insertion: Fraction = 2.0 / 3.0
+    min_insertion: Fraction = 2.0 / 3.0
     """Fraction (0-1) of the depth of the object that the tips must be inside before it can be lifted."""
 
     def __post_init__(self) -> None:

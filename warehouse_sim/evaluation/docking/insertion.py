@@ -62,7 +62,7 @@ def docking_slack(
         T_dock_tine = invert(face.T_object_dock) @ T_estimate
         heel = np.minimum(heel, -transform_points(T_dock_tine, _section(-fork.heel_gap, fork))[..., 0].max(axis=1))
         inside = transform_points(T_dock_tine, _section(fork.reach, fork))[..., 0].min(axis=1)
-        tips = np.minimum(tips, inside - fork.least_insertion * face.depth)
+        tips = np.minimum(tips, inside - fork.min_insertion * face.depth)
         walls = np.minimum(walls, _clearance_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket, fork))
     errors = docking_errors(T_object_estimated, face)
     astray = errors.upside_down | errors.reversed | errors.wrong_face

@@ -128,7 +128,7 @@ def test_drift_moves_the_open_loop_by_what_odometry_is_wrong_and_not_the_closed_
     for seed in range(12):
         for is_open, errors in ((True, far), (False, near)):
             condition = replace(NO_DRIFT, drift="strong", is_open=is_open)
-            found = approach(start, gt(start), condition, replace(DRIVE, most_lateral=1.0, most_yaw=1.0), seed=seed)
+            found = approach(start, gt(start), condition, replace(DRIVE, max_lateral=1.0, max_yaw=1.0), seed=seed)
             errors.append(float(errors_of(start, found).lateral[0]))
     # A steady turn of k a metre leads k s^2 / 2 aside after s = 4.78 m, and further over the 1.72 m to the entry.
     expected = np.deg2rad(DRIFTS["strong"].turn_deg) * 4.78 * (4.78 / 2.0 + 1.72)
@@ -161,7 +161,7 @@ def test_one_wrong_pose_on_the_way_is_outvoted(away: float) -> None:
     right = gt(start)
 
     class Once:
-        least_score = 0.0
+        min_score = 0.0
 
         def __call__(self, glance):
             return (aside if glance.index in (6, 11) else right)(glance)

@@ -47,7 +47,7 @@ class Until:
     image: int = 0
     score: float | None = None
     """Of what is estimated from then on; None gives nothing."""
-    least_score: float = 0.2
+    min_score: float = 0.2
 
     def __call__(self, glance: Glance) -> PoseEstimate | None:
         """Return the estimate."""

@@ -27,7 +27,7 @@ def test_what_is_seen_often_is_found(library, toy_root: Path, tmp_path: Path) ->
         CONFIG, max_steps=200, input_wh=(160, 96), learning_rate=1e-3, warmup_steps=10, ema=0.9, augment=AS_THEY_ARE
     )
     detector = TrainedRtdetr(
-        train("rtdetr-depth", toy_root, tmp_path / "run", config, cache=Path("none")), DetectConfig(least_score=0.01)
+        train("rtdetr-depth", toy_root, tmp_path / "run", config, cache=Path("none")), DetectConfig(min_score=0.01)
     )
     reader = DatasetReader(toy_root)
     gt, found = list[dict](), list[dict]()

@@ -23,7 +23,7 @@ MEMORY = Path("none")
 def test_a_run_folder_detects_and_another_training_begins_with_it(run: Path, toy_root: Path, tmp_path: Path) -> None:
     reader = DatasetReader(toy_root)
     image = RgbdImage.from_dataset(reader, reader.images("train")[0], ())
-    detector = TrainedRtdetr(run, replace(RTDETR_DETECT, least_score=0.001))
+    detector = TrainedRtdetr(run, replace(RTDETR_DETECT, min_score=0.001))
     found = detector.detect(image)
     assert 0 < len(found) <= 100
     assert {detection.class_name for detection in found} == {"pallet"}

@@ -78,11 +78,14 @@ def test_never_makes_the_fit_worse() -> None:
         result = refine_pose(start, points, config)
         moved = np.linalg.norm(result[:3, 3] - start[:3, 3])
         assert moved <= config.max_displacement
-        assert rotation_angle(result[:3, :3], start[:3, :3]) <= config.most_turn
+        assert rotation_angle(result[:3, :3], start[:3, :3]) <= config.max_turn
         # Judged under any ratio of errors that the fit may have measured.
         cloud = Cloud.of([points], config.points)
         fits = [
-            [measure_fit(T[None], cloud, [SURFACE], np.array([anisotropy]), config.gate_start) for T in (result, start)]
+            [
+                measure_fit(T[None], cloud, [SURFACE], np.array([anisotropy]), config.max_distance_start)
+                for T in (result, start)
+            ]
             for anisotropy in (0.1, 0.2, 0.5, 1.0)
         ]
         better = [after.truncated <= before.truncated + 1e-9 for after, before in fits]

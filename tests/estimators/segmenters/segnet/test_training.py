@@ -45,7 +45,7 @@ def boxed(reader: DatasetReader, split: str):
 
 
 def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
-    segmenter, overlaps = TrainedSegmenter(run, SegmentConfig(least_pixels=1)), []
+    segmenter, overlaps = TrainedSegmenter(run, SegmentConfig(min_pixels=1)), []
     for image, masks, _, _ in boxed(DatasetReader(toy_root), "train"):
         for item in segmenter.segment(image):
             assert item.mask is not None

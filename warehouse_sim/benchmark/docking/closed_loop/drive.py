@@ -49,7 +49,7 @@ class Perceive(Protocol):
     """Whoever estimates the pallet that the truck was sent to."""
 
     @property
-    def least_score(self) -> float:
+    def min_score(self) -> float:
         """Scores below this do not count."""
 
     def __call__(self, glance: Glance, /) -> PoseEstimate | None:
@@ -150,7 +150,7 @@ class Approacher:
         glance = Glance(viewpoint, T_odom_camera, self.believed.T_odom_object, self.images, self.distance)
         found = self.perceive(glance)
         self.images += 1
-        if found is not None and not found.rejected and found.score >= self.perceive.least_score:
+        if found is not None and not found.rejected and found.score >= self.perceive.min_score:
             stamp = View(0, self.images, self.camera, T_odom_camera, self.time)
             self.pending.append((self.time + self.condition.delay, stamp, T_vehicle_camera, found))
             self.missed, self.unsure = 0, False
@@ -178,7 +178,7 @@ class Approacher:
     def _stops(self) -> str:
         if self.missed >= self.config.patience:
             return "unsure" if self.unsure else "no estimate"
-        if self.time > self.config.most_time:
+        if self.time > self.config.max_time:
             return "timed out"
         return ""
 
@@ -188,7 +188,7 @@ class Approacher:
         if self.entries:
             aim = self._aim()
             left = aim.along - self.stand
-            if abs(aim.turned) > self.config.most_bearing:
+            if abs(aim.turned) > self.config.max_bearing:
                 # A first wrong pose may be outvoted: the truck waits for some more images.
                 self.away += self.config.tick
                 if self.away > self.config.patience * self.config.period:
@@ -210,7 +210,7 @@ class Approacher:
 
     def _arrived(self, aim: Aim) -> str:
         beside = aim.aside + aim.along * np.tan(aim.turned)
-        off = abs(beside) > self.config.most_lateral or abs(aim.turned) > self.config.most_yaw
+        off = abs(beside) > self.config.max_lateral or abs(aim.turned) > self.config.max_yaw
         return "misaligned" if off else ARRIVED
 
     def _aim(self) -> Aim:

@@ -36,7 +36,7 @@ class Oracle:
     model: ObjectModel
     camera: PinholeCamera
     T_object_wrong: Transform | None = None
-    least_score: float = 0.0
+    min_score: float = 0.0
 
     def __call__(self, glance: Glance) -> PoseEstimate | None:
         """Return the true pose in the camera frame."""
@@ -61,7 +61,7 @@ class Seen:
         front_end: What finds objects in the image, one after the other; none takes the ground-truth mask of the pallet.
         told: Where the truck was sent (m, world), for what a front end finds.
         number: Of the approach; images of one scene have numbers of their own.
-        least_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
+        min_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
             uncertainty is no probability, and counts whatever it is.
         sigma: What is taken for the covariance where the estimator states none.
     """
@@ -73,7 +73,7 @@ class Seen:
     front_end: Sequence[FrontEnd]
     told: Float[np.ndarray, " 3"]
     number: int
-    least_score: float
+    min_score: float
     sigma: tuple[float, float] = (0.02, 1.5)
 
     def __call__(self, glance: Glance) -> PoseEstimate | None:
@@ -99,7 +99,7 @@ class Seen:
         best = max(found, key=lambda item: item.score)
         if best.covariance is not None:
             return best
-        return replace(best, covariance=nominal(*self.sigma), score=max(best.score, self.least_score))
+        return replace(best, covariance=nominal(*self.sigma), score=max(best.score, self.min_score))
 
     def _with_detections(self, image: RgbdImage, mask: np.ndarray) -> RgbdImage:
         if not self.front_end:

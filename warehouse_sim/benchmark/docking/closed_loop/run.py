@@ -49,7 +49,7 @@ class Runner:
         renderer: Draws.
         kept: Rows so far.
         masks: "gt", or a front end by name.
-        least_score: Below this an estimate does not count.
+        min_score: Below this an estimate does not count.
         starts: Of each scene, at most.
         drive: The truck's motion.
         truck: Its forks.
@@ -64,7 +64,7 @@ class Runner:
     renderer: Renderer
     kept: Kept
     masks: str = GT_MASKS
-    least_score: float = 0.2
+    min_score: float = 0.2
     starts: int = 2
     drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
     truck: TruckConfig = TruckConfig()  # noqa: RUF009  frozen
@@ -119,7 +119,7 @@ class Runner:
 
     def _eyes(self, method: str) -> list[object]:
         more = [self.inputs[method]] if method in self.inputs else []
-        return [] if method == ORACLE else [self.masks, self.least_score, *more]
+        return [] if method == ORACLE else [self.masks, self.min_score, *more]
 
     def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
         place = {"source": self.source, "scene": scene, "start": number}
@@ -181,7 +181,7 @@ class Runner:
         if isinstance(live, str):
             return live
         estimator = self._opened[method]
-        return Seen(live, estimator, pallet, model, self._front_end, start.commanded, start.number, self.least_score)
+        return Seen(live, estimator, pallet, model, self._front_end, start.commanded, start.number, self.min_score)
 
     def _live(self, start: Start, condition: Condition) -> LiveScene | str:
         """Return the loaded scene of a level; that of the last episode where it serves."""

@@ -34,17 +34,17 @@ class DriveConfig:
     tip_gap: float = 0.10
     """From the tips to the believed face where the truck stops steering and drives straight in (m), as
     ``TruckConfig.start_gap`` and the outlines of accessibility have it."""
-    most_lateral: float = 0.04
+    max_lateral: float = 0.04
     """Farthest that the believed entry may then be beside the truck's axis (m), else it is ``misaligned``."""
-    most_yaw: float = 0.0436
+    max_yaw: float = 0.0436
     """Greatest angle between them (rad), likewise: 2.5 degrees."""
-    most_bearing: float = 1.0472
+    max_bearing: float = 1.0472
     """Greatest angle between the truck and the believed axis (rad), 60 degrees: more is ``out of reach``."""
     patience: int = 5
     """Images in a row without an estimate that counts, after which the truck stops."""
     blind: float = 0.8
     """From the tips to the believed face (m): nearer than this no image is missed, the pallet leaves the view."""
-    most_time: float = 90.0
+    max_time: float = 90.0
     """Longest approach (s)."""
     moved: tuple[float, float] = (0.010, 0.0087)
     """A new belief whose entry lies farther aside (m), or is turned by more (rad, half a degree), is a correction."""

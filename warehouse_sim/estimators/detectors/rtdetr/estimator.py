@@ -7,7 +7,7 @@ from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
 from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
 
-RTDETR_DETECT = DetectConfig(most_overlap=0.9)
+RTDETR_DETECT = DetectConfig(max_overlap=0.9)
 """Each object is taught to one box only: what overlaps less is another object, such as pallets behind each other."""
 
 

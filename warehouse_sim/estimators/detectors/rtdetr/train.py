@@ -119,7 +119,7 @@ class RtdetrTask(ImageBoxTask):
     """Train an RT-DETR; see ``BoxTask`` for the arguments."""
 
     network: RtdetrNetwork
-    most_overlap = RTDETR_DETECT.most_overlap
+    max_overlap = RTDETR_DETECT.max_overlap
 
     def __init__(
         self,

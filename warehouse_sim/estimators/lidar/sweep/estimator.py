@@ -165,8 +165,8 @@ class TrainedSweepDetector(Detector):
         likely = self._shown(points, raw.pixels[0, :, MARGIN:-MARGIN].cpu().numpy() > 0.0)
         config, columns = self.config, self.grid.config.columns
         kept = suppress(
-            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.least_score, config.most_overlap,
-            2 * config.most,
+            boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.min_score, config.max_overlap,
+            2 * config.max_detections,
         )  # fmt: skip
         by_object, found = self.run_config.train.labels == "object", list[FoundInSweep]()
         for box, score, number in zip(kept.boxes - np.array([MARGIN, 0] * 2), kept.scores, kept.classes, strict=True):
@@ -176,7 +176,7 @@ class TrainedSweepDetector(Detector):
                 name = self.classes[int(number)]
                 class_name, model = ("", name) if by_object else (name, None)
                 found.append(FoundInSweep(on_turn(box, columns), float(score), class_name, model, likely))
-        return found[: config.most]
+        return found[: config.max_detections]
 
     def _shown(self, points: Float[np.ndarray, "n 3"], pixels: Bool[np.ndarray, "h w"]) -> Bool[np.ndarray, " n"]:
         """Return which points lie in some pixels."""

@@ -83,9 +83,9 @@ class Estimator(Pipeline):
         return self._runner.config.network.points.count
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which targets of a dataset are estimated."""
-        return self.crop.least_visible
+        return self.crop.min_visible
 
     @property
     def reads_rgb(self) -> bool:

@@ -17,14 +17,14 @@ class MaskNoiseConfig:
 
     fraction: Fraction = 0.0
     """Fraction of samples with a disturbed mask, 0-1; the others keep the true one."""
-    most_px: Annotated[float, Range(0, 100, "px")] = 4.0
+    max_px: Annotated[float, Range(0, 100, "px")] = 4.0
     """How far an outline is off at most, 0-100."""
     grow: Fraction = 0.5
-    """Fraction of the disturbed masks that are eroded or dilated by up to ``most_px``, 0-1."""
+    """Fraction of the disturbed masks that are eroded or dilated by up to ``max_px``, 0-1."""
     wander: Fraction = 0.35
-    """Share whose outline goes to and fro by up to ``most_px``, in waves, 0-1."""
+    """Share whose outline goes to and fro by up to ``max_px``, in waves, 0-1."""
     shift: Fraction = 0.25
-    """Fraction that is shifted by up to ``most_px`` along each axis, 0-1."""
+    """Fraction that is shifted by up to ``max_px`` along each axis, 0-1."""
     hole: Fraction = 0.15
     """Share with a rectangular hole, 0-1."""
     cut: Fraction = 0.15

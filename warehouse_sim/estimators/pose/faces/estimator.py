@@ -46,7 +46,7 @@ class FaceConfig:
     """How far pallets are from a CAD that is named (m), 0.0005-0.1."""
     range_bias: Annotated[float, Range(0, 0.2, "m")] = 0.01
     """Standard deviation of what all readings are off together (m), 0-0.2."""
-    least_openings: Annotated[float, Range(0, 1000)] = 6.0
+    min_openings: Annotated[float, Range(0, 1000)] = 6.0
     """Log likelihood that the pockets must add; with less there is no answer, 0-1,000."""
 
 
@@ -148,7 +148,7 @@ class FaceEstimator(PoseEstimator):
             found = self._fit(image, mask, detection.mask is not None, points, level, catalog, info, rng)
             if found and (best is None or found.fit.score > best.fit.score):
                 best = found
-        if best is None or best.fit.openings < self.config.least_openings or best.fit.score <= 0.0:
+        if best is None or best.fit.openings < self.config.min_openings or best.fit.score <= 0.0:
             return None
         face = describe(best.view.T_camera_plane, best.fit, best.plane, best.roll, self.config.range_bias)
         score = detection.score * probability_of_entry(face)

@@ -44,8 +44,8 @@ class FitConfig:
     """Whether the image's gravity is believed; without it the camera is taken for level."""
     coarse: IcpConfig = field(
         default_factory=lambda: IcpConfig(
-            rounds=2, iterations=5, points=160, gate_start=0.3, gate_end=0.05, prior_shift=1.0, prior_turn=0.7,
-            max_displacement=0.8, most_turn=0.9,
+            rounds=2, iterations=5, points=160, max_distance_start=0.3, max_distance_end=0.05, prior_shift=1.0,
+            prior_turn=0.7, max_displacement=0.8, max_turn=0.9,
         )
     )  # fmt: skip
     """Settings of the ICP that every hypothesis passes, which looks nearest points up in a table of cells."""

@@ -40,9 +40,9 @@ class IcpConfig:
     """Most steps of each round, 1-1,000."""
     points: Annotated[int, Range(12, 100_000)] = 600
     """Most points used in the last round, 12-100,000; before, a third of them."""
-    gate_start: Annotated[float, Range(0.000001, 10)] = 0.15
+    max_distance_start: Annotated[float, Range(0.000001, 10)] = 0.15
     """Points farther from the surface are ignored in the first step (scaled m), 0.000001-10."""
-    gate_end: Annotated[float, Range(0.000001, 10)] = 0.03
+    max_distance_end: Annotated[float, Range(0.000001, 10)] = 0.03
     """The same in the last step (scaled m), 0.000001-10; three times the noise of the points where that is more."""
     cauchy: Annotated[float, Range(0.000001, 10)] = 0.015
     """Where a point loses half its weight (scaled m), 0.000001-10; the noise of the points where that is more."""
@@ -50,7 +50,7 @@ class IcpConfig:
     """Error of points across the viewing direction (m), 0.000001-10; about half a pixel."""
     anisotropy_start: Annotated[float, Range(0.001, 1)] = 0.5
     """Assumed ratio of the errors across and along the viewing direction in the first round, 0.001-1."""
-    anisotropy_least: Annotated[float, Range(0.001, 1)] = 0.1
+    anisotropy_min: Annotated[float, Range(0.001, 1)] = 0.1
     """Smallest ratio that is believed when it is measured, 0.001-1."""
     prior_shift: Annotated[float, Range(0.000001, 10, "m")] = 0.05
     """Standard deviation of the network's position (m), 0.000001-10."""
@@ -58,7 +58,7 @@ class IcpConfig:
     """Standard deviation of the network's rotation (rad), 0.000001-10."""
     max_displacement: Annotated[float, Range(0.000001, 100, "m")] = 0.25
     """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
-    most_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
+    max_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
     upright: Annotated[float, Range(0.00001, 10, "rad")] = 0.007
     """Standard deviation of the object's own up against gravity (rad), 0.00001-10; where gravity is given."""
@@ -152,7 +152,7 @@ def refine_poses(
         return T_camera_object
     T, anisotropy = fit_poses(T_camera_object, clouds, surfaces, config, up)
     whole = Cloud.of(clouds, config.points)
-    fits = [measure_fit(pose, whole, surfaces, anisotropy, config.gate_start) for pose in (T, T_camera_object)]
+    fits = [measure_fit(pose, whole, surfaces, anisotropy, config.max_distance_start) for pose in (T, T_camera_object)]
     better = fits[0].improves_on(fits[1])
     return np.where(better[:, None, None], T, T_camera_object)
 
@@ -258,12 +258,12 @@ def _measure_anisotropy(
     distance, _ = seen.nearest(cloud.in_object_frame(T_camera_object))
     # Most of the surface is seen frontally, where a scaled distance is one along the ray times the anisotropy.
     along_ray = _MAD_TO_SIGMA * cloud.median(np.abs(distance)) / anisotropy
-    return np.clip(config.lateral_noise / np.maximum(along_ray, 1e-6), config.anisotropy_least, 1.0)
+    return np.clip(config.lateral_noise / np.maximum(along_ray, 1e-6), config.anisotropy_min, 1.0)
 
 
 def _gate(config: IcpConfig, step: int) -> float:
     fraction = step / max(1, config.rounds * config.iterations - 1)
-    return config.gate_start * (config.gate_end / config.gate_start) ** fraction
+    return config.max_distance_start * (config.max_distance_end / config.max_distance_start) ** fraction
 
 
 def _gauss_newton(
@@ -328,7 +328,7 @@ def _readings_alike(
     cloud: Cloud, T_camera_object: Transforms, seen: VisibleSurfaces, config: IcpConfig
 ) -> Float[np.ndarray, " b"]:
     """Return how many readings of each object share one error, as far as no motion takes it away."""
-    distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, config.gate_end)
+    distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, config.max_distance_end)
     weight = near / (1.0 + (distance / noise) ** 2)
     if config.grazing:
         weight = weight * _level_trust(cloud, T_camera_object, jacobian, config)
@@ -353,4 +353,4 @@ def _level_trust(
 def _is_near(T: Transforms, T_start: Transforms, config: IcpConfig) -> Bool[np.ndarray, " b"]:
     shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
     turn = rotation_angle(T[:, :3, :3], T_start[:, :3, :3])
-    return (shift <= config.max_displacement) & (turn <= config.most_turn)
+    return (shift <= config.max_displacement) & (turn <= config.max_turn)

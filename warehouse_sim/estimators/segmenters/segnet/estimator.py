@@ -28,11 +28,11 @@ _BOXES_AT_ONCE = 64
 class SegmentConfig:
     """What counts as part of an object."""
 
-    least_probability: Fraction = 0.5
+    min_probability: Fraction = 0.5
     """Of the pixels of a mask, 0-1."""
     exclusive: bool = True
     """Whether a pixel belongs to the likeliest object alone."""
-    least_pixels: Annotated[int, Range(1, 1_000_000)] = 8
+    min_pixels: Annotated[int, Range(1, 1_000_000)] = 8
     """Masks of fewer pixels are left out, 1-1,000,000."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where the network runs; auto takes a GPU if there is one."""
@@ -96,7 +96,7 @@ class TrainedSegmenter(Segmenter):
         return [
             replace(item, mask=mask, mask_probability=chance, score=item.score * float(chance[mask].mean()))
             for item, mask, chance in zip(found, masks, maps, strict=True)
-            if mask.sum() >= self.config.least_pixels
+            if mask.sum() >= self.config.min_pixels
         ]
 
     @torch.inference_mode()
@@ -132,7 +132,7 @@ class TrainedSegmenter(Segmenter):
         return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
 
     def _masks(self, chances: Float32[np.ndarray, "n h w"]) -> np.ndarray:
-        masks = chances >= max(self.config.least_probability, 1e-6)
+        masks = chances >= max(self.config.min_probability, 1e-6)
         if self.config.exclusive:
             # Where two are certain, the first, which the detector trusts more.
             masks &= chances.argmax(axis=0) == np.arange(len(chances))[:, None, None]

@@ -54,7 +54,7 @@ def test_undisturbed_masks_are_the_true_ones() -> None:
 
 
 def test_grown_masks_are_those_of_a_round_kernel() -> None:
-    found = pictures(replace(NEVER, grow=1.0, most_px=4.0))
+    found = pictures(replace(NEVER, grow=1.0, max_px=4.0))
     radii = set()
     for mask in found:
         sizes = range(-4, 5)
@@ -72,7 +72,7 @@ def test_grown_masks_are_those_of_a_round_kernel() -> None:
 
 
 def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
-    found = pictures(replace(NEVER, shift=1.0, most_px=4.0))
+    found = pictures(replace(NEVER, shift=1.0, max_px=4.0))
     places = [np.argwhere(mask).mean(axis=0) - np.argwhere(GT_MASK).mean(axis=0) for mask in found]
     assert np.ptp(places, axis=0).min() > 5.0
     assert np.abs(places).max() < 4.6
@@ -84,9 +84,9 @@ def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
 
 def test_wandering_outlines_stay_near_and_differ_along_the_outline() -> None:
     distance = whole_window(1).signed_px.view(SIDE, SIDE).numpy()
-    for mask in pictures(replace(NEVER, wander=1.0, most_px=4.0)):
+    for mask in pictures(replace(NEVER, wander=1.0, max_px=4.0)):
         assert np.abs(distance[mask ^ GT_MASK.astype(bool)]).max(initial=0) <= 4.5
-    changed = pictures(replace(NEVER, wander=1.0, most_px=4.0)) ^ GT_MASK.astype(bool)
+    changed = pictures(replace(NEVER, wander=1.0, max_px=4.0)) ^ GT_MASK.astype(bool)
     assert (changed & (distance > 0)).any(axis=(1, 2)).mean() > 0.6
     assert (changed & (distance < 0)).any(axis=(1, 2)).mean() > 0.6
 
@@ -120,5 +120,5 @@ def test_boxes_are_about_the_objects_and_hold_its_gaps() -> None:
 def test_too_little_left_gives_the_true_mask() -> None:
     noise = torch.zeros(1, NOISE_WIDTH)
     # Eroded as far as 20 px: nothing would remain.
-    found = disturbed_masks(whole_window(1), noise, replace(NEVER, grow=1.0, most_px=20.0), 8)
+    found = disturbed_masks(whole_window(1), noise, replace(NEVER, grow=1.0, max_px=20.0), 8)
     np.testing.assert_array_equal(found.view(SIDE, SIDE), GT_MASK.astype(bool))

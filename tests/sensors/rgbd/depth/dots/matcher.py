@@ -138,7 +138,7 @@ def _unique(cost: Cost, best: np.ndarray, fraction: float) -> Bool[np.ndarray, "
     return unique
 
 
-def _both_ways(cost: Cost, best: np.ndarray, most_px: float) -> Bool[np.ndarray, "h w"]:
+def _both_ways(cost: Cost, best: np.ndarray, max_px: float) -> Bool[np.ndarray, "h w"]:
     """Return where the right pixel's best candidate is the left pixel, too."""
     _, width, count = cost.shape
     mirrored = np.full(cost.shape, np.inf, np.float32)
@@ -146,7 +146,7 @@ def _both_ways(cost: Cost, best: np.ndarray, most_px: float) -> Bool[np.ndarray,
         mirrored[:, : width - shift, shift] = cost[:, shift:, shift]
     there = np.clip(np.arange(width) - best, 0, width - 1)
     agreed: Bool[np.ndarray, "h w"] = (
-        np.abs(np.take_along_axis(mirrored.argmin(axis=-1), there, axis=1) - best) <= most_px
+        np.abs(np.take_along_axis(mirrored.argmin(axis=-1), there, axis=1) - best) <= max_px
     )
     return agreed
 

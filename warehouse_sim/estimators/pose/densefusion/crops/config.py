@@ -69,7 +69,7 @@ class CropConfig:
         return self.side_px is not None and self.depth
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which targets of a dataset are cut out."""
         return LeastVisible(self.min_visible_fraction, self.min_points)
 

@@ -73,7 +73,7 @@ def back_project(
 
 def wanted_targets(image: ImageRecord, config: CropConfig) -> list[TargetRecord]:
     """Return the targets of ``image`` with a pose that are visible enough to be estimated."""
-    return [target for target in image.targets if target.has_pose and config.least_visible.takes(target)]
+    return [target for target in image.targets if target.has_pose and config.min_visible.takes(target)]
 
 
 def image_crops(reader: ImagePixels, image: ImageRecord, config: CropConfig, seed: int) -> Iterator[Crop]:

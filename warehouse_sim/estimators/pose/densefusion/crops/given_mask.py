@@ -65,9 +65,9 @@ def disturbed_masks(
     disturbed, grow, wander, shift, hole, cut, merge, box = (item[:, None] for item in does.unbind(dim=1))
     # Between a pixel inside and one outside lies the outline, half a pixel from both.
     distance = known.signed_px - 0.5 * known.signed_px.sign()
-    distance = distance + grow * (2.0 * part["grow"] - 1.0) * (config.most_px + 0.5)
-    distance = distance + wander * _waves(known, part["wander"], config.most_px)
-    distance = distance + shift * _shifted(known, (2.0 * part["shift"] - 1.0) * config.most_px)
+    distance = distance + grow * (2.0 * part["grow"] - 1.0) * (config.max_px + 0.5)
+    distance = distance + wander * _waves(known, part["wander"], config.max_px)
+    distance = distance + shift * _shifted(known, (2.0 * part["shift"] - 1.0) * config.max_px)
     mask = distance > 0
     mask = mask | (merge & _neighbours(known, part["merge"]))
     mask = torch.where(box, _box(known, part["box"], config.box_error), mask)
@@ -77,14 +77,14 @@ def disturbed_masks(
     return torch.where(keeps, mask, gt_mask)
 
 
-def _waves(known: Labelled, noise: Tensor, most_px: float) -> Float[Tensor, "b n"]:
-    """Return a field (px) of a few plane waves that is nowhere larger than ``most_px``."""
+def _waves(known: Labelled, noise: Tensor, max_px: float) -> Float[Tensor, "b n"]:
+    """Return a field (px) of a few plane waves that is nowhere larger than ``max_px``."""
     strength, angle, phase, length = noise.split((1, _WAVES, _WAVES, _WAVES), dim=1)
     low, high = _WAVELENGTH_PX
     turn, wavelength = 2.0 * torch.pi * angle, low * (high / low) ** length
     along = known.uv @ torch.stack([turn.cos(), turn.sin()], dim=1)
     waves = (2.0 * torch.pi * (along / wavelength[:, None] + phase[:, None])).sin()
-    return strength * most_px * waves.mean(dim=-1)
+    return strength * max_px * waves.mean(dim=-1)
 
 
 def _shifted(known: Labelled, shift_px: Float[Tensor, "b 2"]) -> Float[Tensor, "b n"]:
