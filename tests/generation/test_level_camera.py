@@ -173,13 +173,13 @@ def test_views_beyond_60_deg_are_rejected_at_planning(tmp_path: Path, views: str
 def test_cameras_as_they_are_mounted_are_taken(tmp_path: Path, kind: str) -> None:
     manifest = planned(tmp_path, f"{{kind: {kind}, roll_deg: {{min: -3, max: 3}}}}")
     assert manifest.contents.levelled == ("kitti",)
-    assert 0.0 < manifest.contents.reach_deg < 60.0
+    assert 0.0 < manifest.contents.view_angle_deg < 60.0
     assert DatasetStore(tmp_path / "data", manifest).manifest is manifest
 
 
 def test_a_level_recipe_has_no_virtual_camera(tmp_path: Path) -> None:
     contents = planned(tmp_path, "{kind: amr, level: true}").contents
-    assert (contents.levelled, contents.reach_deg) == ((), 0.0)
+    assert (contents.levelled, contents.view_angle_deg) == ((), 0.0)
     both = replace(GenerateConfig(), formats=("bop",))
     tilted = recipe(tmp_path, "extends: smoke\ndescription: t\nscene: {viewpoints: {kind: ceiling}}\n")
     assert draft_manifest(tilted, both).contents.levelled == ()

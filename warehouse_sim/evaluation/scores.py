@@ -24,7 +24,7 @@ SCORES_FORMAT = 6
 WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what fractions of the diameter mean."""
 
-WITHOUT_REACH = {"evaluated": "all pallets, as not all say which a truck can reach"}
+WITHOUT_ACCESSIBILITY = {"evaluated": "all pallets, as not all say which a truck can reach"}
 """What scores say of a dataset that an older version made, or others: docking is evaluated of more than a truck can
 do."""
 
@@ -51,7 +51,7 @@ class Scores:
     method: str
     """Name of the method, from the name of its predictions file."""
     dataset: dict[str, Any]
-    """Which data: recipe, seed, scenes, split, the hash of the manifest; ``WITHOUT_CAD``, ``WITHOUT_REACH`` if true."""
+    """Recipe, seed, scenes, split and hash of the manifest; ``WITHOUT_CAD`` and ``WITHOUT_ACCESSIBILITY`` if true."""
     settings: dict[str, Any]
     """The resolved ``ScoreConfig``."""
     counts: dict[str, int]

@@ -17,10 +17,10 @@ from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.given import Given
 from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
-from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH, ScoreConfig, Scores
+from warehouse_sim.evaluation.scored_estimates import ScoredEstimates
+from warehouse_sim.evaluation.scores import WITHOUT_ACCESSIBILITY, WITHOUT_CAD, ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.evaluation.units import check_unit
@@ -58,7 +58,7 @@ def evaluate(
     images = reader.images(split)
     _require_poses(images, split, reader.root)
     _require_places(images, split, reader.root)
-    given = Given.of(predictions)
+    given = ScoredEstimates.of(predictions)
     estimates = given.estimates
     _check_places(given, images, set(reader.objects), f"split {split!r} of {reader.root}")
     check_unit(estimates, images, given.name)
@@ -82,7 +82,7 @@ def evaluate(
         )
     return Scores(
         method=method or given.method,
-        dataset=_identity(reader, split) | _without_reach(table),
+        dataset=_identity(reader, split) | _without_accessibility(table),
         settings=to_mapping(config),
         counts=_counts(estimates, images, table) | {"rejected": given.rejected},
         overall=summarise("all", table, config.metrics, config.groups),
@@ -144,8 +144,8 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
     }
 
 
-def _without_reach(table: ErrorTable) -> dict[str, str]:
-    return WITHOUT_REACH if bool((table.has_pockets & (table.verdict == "")).any()) else {}
+def _without_accessibility(table: ErrorTable) -> dict[str, str]:
+    return WITHOUT_ACCESSIBILITY if bool((table.has_pockets & (table.verdict == "")).any()) else {}
 
 
 def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> None:
@@ -166,7 +166,7 @@ def _require_places(images: Sequence[ImageRecord], split: str, data: Path) -> No
         )
 
 
-def _check_places(given: Given, images: Sequence[ImageRecord], objects: set[int], where: str) -> None:
+def _check_places(given: ScoredEstimates, images: Sequence[ImageRecord], objects: set[int], where: str) -> None:
     known = {(image.scene_id, image.image_id) for image in images}
     for number, estimate in enumerate(given.estimates):
         if (estimate.scene_id, estimate.image_id) not in known:
@@ -202,7 +202,7 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
                 )
 
 
-def _check_in_front(given: Given, objects: Mapping[int, ObjectInfo]) -> None:
+def _check_in_front(given: ScoredEstimates, objects: Mapping[int, ObjectInfo]) -> None:
     """Reject estimates of which nothing lies in front of the camera."""
     for number, estimate in enumerate(given.estimates):
         if _behind(estimate.T_camera_object, objects[estimate.obj_id]):

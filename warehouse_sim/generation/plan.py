@@ -42,7 +42,7 @@ from warehouse_sim.schema import ObjectModel
 Degrees = tuple[float, float]
 
 
-def view_reach_deg(recipe: dict[str, Any], kinds: tuple[str, ...], camera: PinholeCamera) -> float:
+def largest_view_angle_deg(recipe: dict[str, Any], kinds: tuple[str, ...], camera: PinholeCamera) -> float:
     """Return the largest angle to the horizon (deg) that an image can reach in its level view.
 
     Args:
@@ -206,8 +206,8 @@ def _contents(recipe: dict[str, Any], config: GenerateConfig, camera: PinholeCam
     if not contents.tilted_viewpoints:
         return contents
     levelled = tuple(name for name in config.formats if needs_level_camera(dataset_format(name)))
-    reach_deg = view_reach_deg(recipe, contents.tilted_viewpoints, camera)
-    return replace(contents, levelled=levelled, reach_deg=reach_deg)
+    view_angle_deg = largest_view_angle_deg(recipe, contents.tilted_viewpoints, camera)
+    return replace(contents, levelled=levelled, view_angle_deg=view_angle_deg)
 
 
 def _paired_variants(recipe: Recipe) -> tuple[PairedVariant, ...]:

@@ -10,7 +10,7 @@ from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.errors import DatasetError
 
-_NOT_IN_RECIPE = ("plugins", "readings", "levelled", "reach_deg")
+_NOT_IN_RECIPE = ("plugins", "readings", "levelled", "view_angle_deg")
 """Contents that are known later than the recipe, or with the catalog."""
 
 

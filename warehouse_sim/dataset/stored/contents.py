@@ -148,7 +148,7 @@ class Contents:
     """Most constant error that a depth camera of the recipe can have, as a fraction of depth."""
     tilted_viewpoints: tuple[str, ...] = ()
     """Kinds of viewpoints that may tilt the camera."""
-    reach_deg: Annotated[float, Range(0, 180, "deg")] = 0.0
+    view_angle_deg: Annotated[float, Range(0, 180, "deg")] = 0.0
     """Largest angle to the horizon that the images of tilted cameras can reach (deg); 0 where none tilts."""
     levelled: tuple[str, ...] = ()
     """Formats that hold images, labels and calibration of a level virtual camera at the place of the tilted one: same

@@ -108,7 +108,7 @@ def write_scene_record(
             "group": item.group,
             "T_world_object": item.T_world_object,
             **({"paint": dict(item.paint)} if item.paint else {}),
-            **reach_row(reach.get(item.instance_id)),
+            **accessibility_row(reach.get(item.instance_id)),
         }
         for item in sorted(scene.instances, key=lambda item: item.instance_id)
     ]
@@ -131,7 +131,7 @@ def write_scene_record(
     write_json(path, plain(data), depth=2)
 
 
-def reach_row(reach: Accessibility | None) -> dict[str, Any]:
+def accessibility_row(reach: Accessibility | None) -> dict[str, Any]:
     """Return what is stored of an object beside all else; nothing where nothing is known."""
     return {} if reach is None else {"dockable": dict(reach.faces), "stacked": reach.stacked}
 
@@ -203,11 +203,11 @@ def _read_object(data: Any, where: str) -> RecordedObject:
         group=take(data, "group", int, where),
         T_world_object=read_transform(take(data, "T_world_object", list, where), where),
         paint=_read_paint(take_if_given(data, "paint", dict, where) or {}, f"{where}: paint"),
-        accessibility=_read_reach(data, where),
+        accessibility=_read_accessibility(data, where),
     )
 
 
-def _read_reach(data: Any, where: str) -> Accessibility | None:
+def _read_accessibility(data: Any, where: str) -> Accessibility | None:
     faces = take_if_given(data, "dockable", dict, where)
     if faces is None:
         return None

@@ -13,7 +13,7 @@ from warehouse_sim.evaluation.report.cases import choose_cases
 from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
 from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell, signed
 from warehouse_sim.evaluation.report.sources import EvaluationSource
-from warehouse_sim.evaluation.scores import WITHOUT_CAD, WITHOUT_REACH
+from warehouse_sim.evaluation.scores import WITHOUT_ACCESSIBILITY, WITHOUT_CAD
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.evaluation.trust import BoundCoverage, Trust
 
@@ -170,5 +170,5 @@ def _identity_line(source: EvaluationSource) -> str:
         f"{counted(counts['scenes'], 'scene')}, {counted(counts['images'], 'image')}, "
         f"{counted(counts['ground_truths'], 'object')} ({left_out} more are hardly visible and left out), "
         f"{counted(counts['predictions'], 'prediction')}"
-        + "".join(f", {key}: {data[key]}" for key in WITHOUT_CAD | WITHOUT_REACH if key in data)
+        + "".join(f", {key}: {data[key]}" for key in WITHOUT_CAD | WITHOUT_ACCESSIBILITY if key in data)
     )

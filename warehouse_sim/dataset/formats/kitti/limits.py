@@ -49,12 +49,12 @@ def require_views_near_horizon(contents: Contents) -> None:
     Raises:
         DatasetError: A camera can be tilted so far that the border of its image is beyond.
     """
-    if contents.reach_deg > math.degrees(STEEPEST):
+    if contents.view_angle_deg > math.degrees(STEEPEST):
         raise DatasetError(
-            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} shows what lies {contents.reach_deg:.0f} "
-            "deg from the horizon, but the level camera that KITTI is written through sees "
-            f"{math.degrees(STEEPEST):.0f} deg; narrow viewpoints.pitch_deg (of free: elevation_deg) or the camera, or "
-            "leave kitti out of --formats"
+            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} shows what lies "
+            f"{contents.view_angle_deg:.0f} deg from the horizon, but the level camera that KITTI is written through "
+            f"sees {math.degrees(STEEPEST):.0f} deg; narrow viewpoints.pitch_deg (of free: elevation_deg) or the "
+            "camera, or leave kitti out of --formats"
         )
 
 

@@ -16,7 +16,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.augment import (
 from warehouse_sim.estimators.pose.densefusion.crops.choice import Choice, choose_with_surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
-from warehouse_sim.estimators.pose.densefusion.crops.given_mask import NOISE_WIDTH
+from warehouse_sim.estimators.pose.densefusion.crops.mask_noise import NOISE_WIDTH
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, NetworkInput
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 

@@ -9,7 +9,7 @@ from torch import Tensor
 from warehouse_sim.estimators.pose.densefusion.crops.augment import Noise, hide_points
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
-from warehouse_sim.estimators.pose.densefusion.crops.given_mask import Labelled, disturbed_masks
+from warehouse_sim.estimators.pose.densefusion.crops.mask_noise import Labelled, disturbed_masks
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 _REACH = 1.05

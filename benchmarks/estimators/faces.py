@@ -1,6 +1,6 @@
 """Whether estimators dock at recorded pallet faces that are in no catalog, as they are and with gravity given.
 
-    python -m benchmarks.estimators.fronts FOLDER front-fit --write
+    python -m benchmarks.estimators.faces FOLDER front-fit --write
 
 FOLDER holds sites with labels.json, depth and masks, as the real samples beside this project have them; nothing of it
 is copied. An estimator that answers with a face is taken at its word; one that answers with the pose of a catalog
@@ -53,7 +53,7 @@ def main(
                 if verbose:
                     _print(faces, found)
     if write:
-        command = f"python -m benchmarks.estimators.fronts FOLDER {' '.join(methods)} --write"
+        command = f"python -m benchmarks.estimators.faces FOLDER {' '.join(methods)} --write"
         how = "recorded faces of pallets with labels by hand, which are no part of this project"
         write_result(RESULTS / "faces.json", command, rows, data=how)
 

@@ -10,7 +10,7 @@ from warehouse_sim.schema import PoseEstimate
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class ScoredEstimates:
     """Estimates, and how messages name them."""
 
     estimates: tuple[PoseEstimate, ...]
@@ -24,7 +24,7 @@ class Given:
     is_file: bool
 
     @classmethod
-    def of(cls, predictions: str | Path | Sequence[PoseEstimate]) -> "Given":
+    def of(cls, predictions: str | Path | Sequence[PoseEstimate]) -> "ScoredEstimates":
         """Read a file of predictions, or take estimates.
 
         Raises:
