@@ -103,7 +103,7 @@ class KnownObject(Protocol):
 
     @property
     def class_name(self) -> str:
-        """Detection class of it; empty where nobody knows."""
+        """Detection class of it; empty if unknown."""
 
 
 class PoseEstimator(ABC):
@@ -154,7 +154,7 @@ class PoseEstimator(ABC):
         return None
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which of a dataset's targets it takes where the ground-truth masks are its detections."""
         return LeastVisible()
 
@@ -214,9 +214,9 @@ class WrappedEstimator(PoseEstimator):
         return self.inner.depth_source
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which of a dataset's targets it takes."""
-        return self.inner.least_visible
+        return self.inner.min_visible
 
     @property
     def surfaces(self) -> "Mapping[int, TriangleMesh]":

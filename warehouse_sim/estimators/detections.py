@@ -236,7 +236,7 @@ def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool 
     ]
     first = names.split("+")[0]
     if not after_gt and stages[0].needs_detections:
-        raise InputError(f"{first} outlines what boxes are about; name a detector before it, as detector-depth+{first}")
+        raise InputError(f"{first} segments objects in boxes; name a detector before it, as detector-depth+{first}")
     return stages
 
 
@@ -286,7 +286,7 @@ def _with_gt(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord
     known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}
     # What has no pose is of an object that nobody named: it is estimated as each that the estimator knows.
     named = [item for item in image.targets if known is None or not item.has_pose or item.obj_id in known]
-    targets = [item for item in named if estimator.least_visible.takes(item)]
+    targets = [item for item in named if estimator.min_visible.takes(item)]
     if not targets:
         return None
     reads_rgb = estimator.reads_rgb

@@ -47,7 +47,7 @@ class ObjectPoints(Protocol):
 
     @property
     def down(self) -> Direction | None:
-        """Gravity, a unit vector in the camera frame; None where nobody knows."""
+        """Gravity, a unit vector in the camera frame; None if unknown."""
         return None
 
     @property

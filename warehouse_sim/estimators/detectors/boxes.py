@@ -45,7 +45,7 @@ class BoxRun(RunConfig):
     """What defines a trained network that gives boxes."""
 
     classes: tuple[str, ...]
-    """What it tells apart, in the order of the network's classes."""
+    """The classes that it distinguishes, in the order of the network's classes."""
     images: Any
     """What it reads."""
     network: Any

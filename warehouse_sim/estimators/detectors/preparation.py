@@ -77,14 +77,14 @@ def require_wanted(
     """Check that each split shows something that is to be found.
 
     Raises:
-        TrainingError: One does not; it names the ``options`` that ask for less.
+        TrainingError: One does not; it names the ``options`` that require less.
     """
     for split, parts in found.items():
         if not wanted_sizes(parts, class_of, config).size:
             folders = ", ".join(str(reader.root) for reader in readers)
             raise TrainingError(
                 f"{folders}: the split {split!r} shows none of {', '.join(classes)} well enough; "
-                f"generate more scenes, or ask for less with {options}"
+                f"generate more scenes, or use fewer with {options}"
             )
 
 

@@ -80,9 +80,9 @@ class SweepPoses(PoseEstimator):
         self._chain, self._network = ViewChain(network, resampling), network
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which of a dataset's targets it takes."""
-        return self._network.least_visible
+        return self._network.min_visible
 
     @property
     def objects(self) -> Sequence[KnownObject] | None:

@@ -42,9 +42,9 @@ class LidarChain(Pipeline):
         super().__init__(replace(network.stages, detect=detect, select=self._select), network.objects)
 
     @property
-    def least_visible(self) -> LeastVisible:
+    def min_visible(self) -> LeastVisible:
         """Which of a dataset's targets it takes."""
-        return self._network.least_visible
+        return self._network.min_visible
 
     def _select(self, image: RgbdImage) -> list[ObjectPoints]:
         return [self._resampled(image, crop) for crop in self._network.cut(image)]

@@ -45,7 +45,7 @@ def _is_in(filename: str, folder: Path) -> bool:
     return filename.startswith("<frozen") or Path(filename).resolve().is_relative_to(folder.resolve())
 
 
-_OPTIONAL = ("reads_rgb", "reads_sweep", "finds_objects", "depth_source", "least_visible", "surfaces")
+_OPTIONAL = ("reads_rgb", "reads_sweep", "finds_objects", "depth_source", "min_visible", "surfaces")
 """Attributes that an estimator may have; those of ``OwnEstimator`` hold where it has none."""
 _PACKAGE = __name__.partition(".")[0]
 
@@ -71,7 +71,7 @@ class OwnEstimator(PoseEstimator):
     reads_sweep: bool = False
     finds_objects: bool = False
     depth_source: DepthSource | None = None
-    least_visible: LeastVisible = LeastVisible()
+    min_visible: LeastVisible = LeastVisible()
     surfaces: Mapping[int, TriangleMesh] = MappingProxyType({})
 
     def __init__(self, name: str, inner: Any) -> None:

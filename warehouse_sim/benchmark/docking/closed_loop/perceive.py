@@ -19,7 +19,7 @@ from warehouse_sim.schema import ObjectInstance, ObjectModel, PoseEstimate
 
 _LEAST_PIXELS = 32
 """As estimators ask of a dataset's ground-truth masks."""
-_TOLD, _NEAR = 0.5, 0.4
+_FROM_COMMANDED, _NEAR = 0.5, 0.4
 """What a front end finds is the truck's if it lies within this (m) of where it was sent, or believes it."""
 
 
@@ -59,7 +59,7 @@ class Seen:
         pallet: The truck's.
         model: Its geometry.
         front_end: What finds objects in the image, one after the other; none takes the ground-truth mask of the pallet.
-        told: Where the truck was sent (m, world), for what a front end finds.
+        commanded: Where the truck was sent (m, world), to choose among detections.
         number: Of the approach; images of one scene have numbers of their own.
         min_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
             uncertainty is no probability, and counts whatever it is.
@@ -71,7 +71,7 @@ class Seen:
     pallet: ObjectInstance
     model: ObjectModel
     front_end: Sequence[FrontEnd]
-    told: Float[np.ndarray, " 3"]
+    commanded: Float[np.ndarray, " 3"]
     number: int
     min_score: float
     sigma: tuple[float, float] = (0.02, 1.5)
@@ -112,7 +112,7 @@ class Seen:
 
     def _mine(self, found: Sequence[PoseEstimate], glance: Glance) -> list[PoseEstimate]:
         known = glance.T_odom_object
-        at, most = (self.told, _TOLD) if known is None else (known[:3, 3], _NEAR)
+        at, most = (self.commanded, _FROM_COMMANDED) if known is None else (known[:3, 3], _NEAR)
         away = [float(np.linalg.norm((glance.T_odom_camera @ item.T_camera_object)[:3, 3] - at)) for item in found]
         near = [pair for pair in zip(away, found, strict=True) if pair[0] <= most]
         return [min(near, key=lambda pair: pair[0])[1]] if near else []

@@ -32,7 +32,7 @@ class OwnPointsConfig(BoxClusterConfig):
     """How an object's points are found in its box."""
 
     likely_clusters: ClusterConfig = field(
-        default_factory=lambda: ClusterConfig(least_eps=0.2, most_eps=0.4, min_points=5, min_points_few=3)
+        default_factory=lambda: ClusterConfig(min_eps=0.2, max_eps=0.4, min_points=5, min_points_few=3)
     )
     """What makes a cluster of points that a network names: they are few, and mostly right."""
 
@@ -58,7 +58,7 @@ class FoundInSweep:
     model: str | None = None
     """Name of its geometry, where the detector tells geometries apart."""
     likely: Bool[np.ndarray, " n"] | None = None
-    """Which points of the sweep show an object of any kind; None where nobody says."""
+    """Which points of the sweep show an object of any kind; None if not stated."""
 
 
 def facing(grid: SweepGrid, box: Box, up: Float[np.ndarray, " 3"]) -> Transform:
@@ -87,7 +87,7 @@ def own_points(
         T_lidar_view: The frame that looks at it, along which clusters reach farther with the distance.
         floor: Plane of the floor; None where it is unknown, and all points may be the object's.
         likely: Which points show an object, as far as a detector can tell; where it names next to none in the box,
-            nothing is made of it. None where nobody says.
+            nothing is made of it. None if not stated.
         config: How clusters are found.
     """
     inside = np.flatnonzero(in_box(grid, points, box))

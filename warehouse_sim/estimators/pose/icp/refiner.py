@@ -44,6 +44,6 @@ class IcpRefiner:
 
 
 def _up(seen: Sequence[ObjectPoints]) -> Float[np.ndarray, "b 3"]:
-    """Return the direction against gravity for each object, NaN where nobody knows."""
+    """Return the direction against gravity for each object, NaN if unknown."""
     down = [item.down for item in seen]
     return -np.array([np.full(3, np.nan) if item is None else item for item in down]).reshape(-1, 3)

@@ -31,7 +31,7 @@ class KeypointEstimator(PoseEstimator):
         InputError: The run was trained without key points.
     """
 
-    least_visible = LeastVisible(0.25, 64)
+    min_visible = LeastVisible(0.25, 64)
 
     def __init__(self, run: Path, use_depth: bool = True) -> None:
         self._network, self._use_depth = TrainedSegmenter(run), use_depth

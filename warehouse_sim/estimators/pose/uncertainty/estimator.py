@@ -102,7 +102,7 @@ class WithUncertainty(WrappedEstimator):
         self._watcher = Watcher(self._mesh, seed)
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
-        """Show the CAD models of a dataset to the estimator, if it asks for them, and take their surfaces."""
+        """Show the CAD models of a dataset to the estimator, if it requires them, and take their surfaces."""
         if self.inner.learns_objects:
             self.inner.onboard(objects)
             self._infos = dict(objects)
@@ -123,17 +123,17 @@ class WithUncertainty(WrappedEstimator):
         }
         return [
             self._judged(item, seen, trust.get((item.scene_id, item.image_id, item.detection), 1.0))
-            for item, seen in zip(self._with_room(images, found), looks, strict=True)
+            for item, seen in zip(self._rejecting_blocked(images, found), looks, strict=True)
         ]
 
-    def _with_room(self, images: Sequence[RgbdImage], found: Sequence[PoseEstimate]) -> list[PoseEstimate]:
+    def _rejecting_blocked(self, images: Sequence[RgbdImage], found: Sequence[PoseEstimate]) -> list[PoseEstimate]:
         """Return the estimates, rejected where something stands in an opening of the object."""
         if not self._reject_blocked:
             return list(found)
         by_place = {(image.scene_id, image.image_id): image for image in images}
-        return [self._requested_clearance(item, by_place[item.scene_id, item.image_id]) for item in found]
+        return [self._checked_openings(item, by_place[item.scene_id, item.image_id]) for item in found]
 
-    def _requested_clearance(self, estimate: PoseEstimate, image: RgbdImage) -> PoseEstimate:
+    def _checked_openings(self, estimate: PoseEstimate, image: RgbdImage) -> PoseEstimate:
         mesh, T = self._mesh(estimate.obj_id), estimate.T_camera_object
         rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, max(estimate.detection, 0)])
         if mesh is None or T[2, 3] <= 0.0 or not look_into(T, mesh, image, rng).blocked:

@@ -106,7 +106,7 @@ class TrainableSegmenter(TrainableNetwork):
         return count_weights({"nano": lambda: SegmenterNetwork(config)})
 
 
-_MASKS, _FACES = "outlines what boxes are about in", "outlines pallets and finds the corners and pockets of their faces"
+_MASKS, _FACES = "segments the object in a box, in", "segments pallets and finds the corners and pockets of their faces"
 SEGMENTER_RGB = TrainableSegmenter("segmenter-rgb", f"{_MASKS} colour", "RGB", reads=("rgb",))
 SEGMENTER_DEPTH = TrainableSegmenter("segmenter-depth", f"{_MASKS} depth", "depth")
 SEGMENTER_RGBD = TrainableSegmenter(
