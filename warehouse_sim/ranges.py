@@ -82,7 +82,7 @@ def check_ranges(settings: Any) -> None:
     """
     kind: Any = type(settings)
     for name, allowed in ranges_of(kind).items():
-        _check(getattr(settings, name), allowed, name)
+        check_range(getattr(settings, name), allowed, name)
 
 
 @cache
@@ -104,14 +104,14 @@ def _declared(hint: Any) -> Range | None:
     return next((found for option in options if (found := range_of(option)) is not None), None)
 
 
-def _check(value: Any, allowed: Range, name: str) -> None:
+def check_range(value: Any, allowed: Range, name: str) -> None:
     """Reject a number, or a container with a number, outside of its range; nothing is no number.
 
     What is drawn from a distribution rejects, by its ``check_within``, to draw numbers outside of it.
     """
     if isinstance(value, (tuple, list)):
         for index, item in enumerate(value):
-            _check(item, allowed, f"{name}[{index}]")
+            check_range(item, allowed, f"{name}[{index}]")
     elif isinstance(value, Real):
         if float(value) not in allowed:
             raise ValueError(f"{name} must be {allowed.text}, found {value}")

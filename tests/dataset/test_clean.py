@@ -14,6 +14,7 @@ from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Observation, StereoReading
@@ -39,7 +40,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = make_scene(index)
-        store.write_scene(scene, map(as_read, observe(scene)), {}, RENDERER)
+        store.write_scene(scene, map(as_read, observe(scene)), Outcome({}, RENDERER))
     store.finish()
     return root
 

@@ -11,6 +11,7 @@ import pytest
 from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observation_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.pose import make_transform, rotation_x
 from warehouse_sim.schema import SceneSpec
@@ -35,7 +36,7 @@ def root(tmp_path: Path) -> Path:
     for index in range(3):
         scene = with_a_leaning_pallet(make_scene(index))
         views = [observation_of(scene, i, view.T_world_camera) for i, view in enumerate(scene.viewpoints)]
-        store.write_scene(scene, views, {}, RENDERER)
+        store.write_scene(scene, views, Outcome({}, RENDERER))
     store.finish()
     return tmp_path / "data"
 

@@ -20,6 +20,7 @@ from tests.dataset.toy import (
 )
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.errors import DatasetError, UnknownNameError
 
 KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
@@ -69,7 +70,7 @@ def test_killed_run_resumes_to_the_same_bytes(toy_root: Path, tmp_path: Path) ->
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        store.write_scene(make_scene(0), killed(), {"problems": [], "speed": 0.0}, RENDERER)
+        store.write_scene(make_scene(0), killed(), Outcome({"problems": [], "speed": 0.0}, RENDERER))
     # What else a dying process can leave: a temporary file, and a mask that the finished scene will not have.
     (root / "bop" / "train" / "000000" / "rgb" / ".000001.png.99.part").touch()
     (root / "bop" / "train" / "000000" / "mask" / "000000_000009.png").touch()
@@ -155,7 +156,7 @@ def test_scene_with_wrong_observations_stays_pending(tmp_path: Path, observation
     store = DatasetStore(tmp_path / "data", make_manifest())
     store.begin([PALLET], CAMERA)
     with pytest.raises(DatasetError, match=message):
-        store.write_scene(make_scene(0), observations(*observe(make_scene(0))), {}, RENDERER)
+        store.write_scene(make_scene(0), observations(*observe(make_scene(0))), Outcome({}, RENDERER))
     assert store.pending() == [0, 1, 2]
 
 

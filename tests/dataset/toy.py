@@ -10,6 +10,7 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
@@ -216,7 +217,7 @@ def make_dataset(root: Path, manifest: Manifest | None = None, order: list[int] 
 def write_scene(store: DatasetStore, index: int) -> None:
     """Draw and store one scene."""
     scene = make_scene(index)
-    store.write_scene(scene, observe(scene), {"problems": [], "speed": 0.0}, RENDERER)
+    store.write_scene(scene, observe(scene), Outcome({"problems": [], "speed": 0.0}, RENDERER))
 
 
 def write_scenes(root: Path, manifest: Manifest, indices: list[int]) -> None:

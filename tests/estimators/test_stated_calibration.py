@@ -13,7 +13,7 @@ from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import Outcome, read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.image import RgbdImage
@@ -40,7 +40,7 @@ def make(root: Path, change: Callable[[Observation], Observation]) -> Path:
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = make_scene(index)
-        store.write_scene(scene, map(change, observe(scene)), {}, RENDERER)
+        store.write_scene(scene, map(change, observe(scene)), Outcome({}, RENDERER))
     store.finish()
     return root
 

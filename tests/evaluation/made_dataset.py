@@ -13,6 +13,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.geometry.boxes import box_corners, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
@@ -47,7 +48,7 @@ def make_dataset(root: Path, scenes: int = 4, seed: int = 0) -> Path:
     for index in range(scenes):
         rng = np.random.default_rng([seed, index])
         spec = SceneSpec(index, seed, {model.name: model for model in MODELS}, {}, _instances(), (), (), settled=True)
-        store.write_scene(spec, [_observe(index, number, rng) for number in range(2)], {}, "amodal masks")
+        store.write_scene(spec, [_observe(index, number, rng) for number in range(2)], Outcome({}, "amodal masks"))
     store.finish()
     return root
 

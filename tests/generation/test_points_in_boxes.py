@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import Check, validate
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
@@ -38,7 +39,7 @@ def dataset(root: Path, lidar: LidarConfig) -> Path:
     store = DatasetStore(root, plan.manifest)
     store.begin(plan.models, plan.camera)
     with open_renderer() as renderer:
-        store.write_scene(scene(), observe_scene(scene(), recipe.sensors, renderer), {}, renderer.description)
+        store.write_scene(scene(), observe_scene(scene(), recipe.sensors, renderer), Outcome({}, renderer.description))
     store.finish()
     return root
 

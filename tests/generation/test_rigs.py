@@ -11,6 +11,7 @@ from tests.sensors.rig.reprojection import residuals
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import base_variant
@@ -145,7 +146,7 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     store.begin(plan.models, plan.camera)
     observation = observe(recipe.sensors)
     scene = replace(scene_of("level"), viewpoints=scene_of("level").viewpoints[:1])
-    store.write_scene(scene, [observation], {}, "raster")
+    store.write_scene(scene, [observation], Outcome({}, "raster"))
     store.finish()
     failed = [check for check in validate(tmp_path / "data") if not check.ok]
     assert failed == []

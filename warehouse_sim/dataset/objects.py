@@ -1,25 +1,16 @@
 """objects.json: what estimators and scores need to know of each CAD geometry, in metres."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Literal, cast
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.files.json_file import read_table, write_json
-from warehouse_sim.dataset.files.plain import (
-    LENGTHS,
-    plain,
-    read_transform,
-    shown,
-    take,
-    take_if_given,
-    take_name,
-    take_numbers,
-)
+from warehouse_sim.dataset.files.record import Length, Lengths, Name, Record, Rigid
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter
@@ -33,6 +24,7 @@ FACES: dict[str, tuple[float, float, float]] = {
     "+y": (0.0, 1.0, 0.0),
 }
 """Sides that a pocket can open on, with their outward normals."""
+_Face = Literal["-x", "+x", "-y", "+y"]
 MeshReader = Callable[[int, bool], TriangleMesh]
 """Reads the surface (m, object frame) of an obj_id; on True the same with evenly spread vertices."""
 CloudReader = Callable[[], Float[np.ndarray, "n 3"]]
@@ -141,7 +133,7 @@ def write_objects(root: Path, models: Sequence[ObjectModel]) -> None:
                 f"obj_id {model.obj_id} of {model.name!r} must be >= 1 and its own, {other.name!r} has it; "
                 "give each geometry of the catalog one number"
             )
-    entries = {obj_id: _to_plain(object_info(by_id[obj_id], root)) for obj_id in sorted(by_id)}
+    entries = {obj_id: _row(object_info(by_id[obj_id], root)).row() for obj_id in sorted(by_id)}
     write_json(DatasetLayout(root).objects, entries, depth=2)
 
 
@@ -160,60 +152,59 @@ def read_objects(root: Path, read_mesh: MeshReader | None = None) -> dict[int, O
     if not table or min(table) < 1:
         raise DatasetError(f"{path}: must hold objects, numbered from 1; generate the dataset again")
     return {
-        obj_id: replace(_from_plain(obj_id, data, f"{path}: {obj_id}", root), read_mesh=read_mesh)
+        obj_id: _ObjectRow.read(data, f"{path}: {obj_id}").info(obj_id, root, read_mesh)
         for obj_id, data in table.items()
     }
 
 
-def _to_plain(info: ObjectInfo) -> dict[str, Any]:
-    pockets = [{"face": p.face, "T_object_pocket": p.T_object_pocket, "size": p.size} for p in info.pockets]
-    return plain(
-        {
-            "name": info.name,
-            "class_name": info.class_name,
-            "size": info.size,
-            "diameter": info.diameter,
-            "symmetries": info.symmetry.transforms,
-            "pockets": pockets,
-            **({"is_scan": True} if info.is_scan else {}),
-        }
-    )
+def _row(info: ObjectInfo) -> "_ObjectRow":
+    pockets = tuple(_PocketRow(cast(_Face, p.face), p.T_object_pocket, p.size) for p in info.pockets)
+    symmetries = tuple(info.symmetry.transforms)
+    return _ObjectRow(info.name, info.class_name, info.size, info.diameter, symmetries, pockets, info.is_scan or None)
 
 
-def _from_plain(obj_id: int, data: Any, where: str, root: Path) -> ObjectInfo:
-    symmetries = take(data, "symmetries", list, where)
-    pockets = take(data, "pockets", list, where)
-    if not 1 <= len(symmetries) <= _MOST_SYMMETRIES:
-        raise DatasetError(f"{where}: symmetries must hold the identity, and {_MOST_SYMMETRIES} poses at most")
-    size, diameter = _read_size(data, where), take(data, "diameter", float, where, LENGTHS)
-    least, most = float(size.max()), float(np.linalg.norm(size))
-    if not least - _SAME_LENGTH <= diameter <= most + _SAME_LENGTH:
-        raise DatasetError(
-            f"{where}: diameter {diameter:.6g} m does not go with size {size.tolist()} m: "
-            f"two points of that box lie {least:.6g} to {most:.6g} m apart at most"
+@dataclass(frozen=True, eq=False)
+class _PocketRow(Record):
+    """A pocket as objects.json holds it."""
+
+    face: _Face
+    T_object_pocket: Rigid
+    size: Lengths
+
+
+@dataclass(frozen=True, eq=False)
+class _ObjectRow(Record):
+    """An entry of objects.json; its number is its key."""
+
+    name: Name
+    class_name: Name
+    size: Lengths
+    diameter: Length
+    symmetries: tuple[Rigid, ...]
+    pockets: tuple[_PocketRow, ...]
+    is_scan: bool | None = field(default=None, metadata={"omitted": True})
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.symmetries) <= _MOST_SYMMETRIES:
+            raise ValueError(f"symmetries must hold the identity, and {_MOST_SYMMETRIES} poses at most")
+        least, most = float(self.size.max()), float(np.linalg.norm(self.size))
+        if not least - _SAME_LENGTH <= self.diameter <= most + _SAME_LENGTH:
+            raise ValueError(
+                f"diameter {self.diameter:.6g} m does not go with size {self.size.tolist()} m: "
+                f"two points of that box lie {least:.6g} to {most:.6g} m apart at most"
+            )
+
+    def info(self, obj_id: int, root: Path, read_mesh: MeshReader | None) -> ObjectInfo:
+        """Return the object that the entry describes."""
+        return ObjectInfo(
+            obj_id=obj_id,
+            name=self.name,
+            class_name=self.class_name,
+            size=self.size,
+            diameter=self.diameter,
+            symmetry=SymmetryGroup(np.stack(self.symmetries)),
+            pockets=tuple(Pocket(p.face, p.T_object_pocket, p.size) for p in self.pockets),
+            root=root,
+            read_mesh=read_mesh,
+            is_scan=bool(self.is_scan),
         )
-    return ObjectInfo(
-        obj_id=obj_id,
-        name=take_name(data, "name", where),
-        class_name=take_name(data, "class_name", where),
-        size=size,
-        diameter=diameter,
-        symmetry=SymmetryGroup(
-            np.stack([read_transform(T, f"{where}: symmetries[{i}]") for i, T in enumerate(symmetries)])
-        ),
-        pockets=tuple(_read_pocket(pocket, f"{where}: pockets[{i}]") for i, pocket in enumerate(pockets)),
-        root=root,
-        is_scan=take_if_given(data, "is_scan", bool, where) or False,
-    )
-
-
-def _read_pocket(data: Any, where: str) -> Pocket:
-    T_object_pocket = read_transform(take(data, "T_object_pocket", list, where), where)
-    face = take(data, "face", str, where)
-    if face not in FACES:
-        raise DatasetError(f"{where}: face must be {', '.join(FACES)}, found {shown(face)}")
-    return Pocket(face, T_object_pocket, _read_size(data, where))
-
-
-def _read_size(data: Any, where: str) -> Float[np.ndarray, " 3"]:
-    return take_numbers(data, "size", 3, where, LENGTHS)

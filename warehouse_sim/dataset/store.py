@@ -1,14 +1,12 @@
 """A dataset folder while it is made: begun once, written scene by scene in any order, finished once."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
 
-from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card.bins import split_table
 from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, write_recipe
-from warehouse_sim.dataset.card.tally import SceneTally, tally_row
+from warehouse_sim.dataset.card.tally import SceneTally
 from warehouse_sim.dataset.card.text import write_card
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.discard import discard_scene, discard_unstarted
@@ -20,9 +18,10 @@ from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manife
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.shards.shard import Shard, read_shard, write_shard
 from warehouse_sim.dataset.stored.contents import ReadingContents
-from warehouse_sim.dataset.stored.observation_record import observation_row
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation, recorded_observation
 from warehouse_sim.dataset.stored.readings import Described, describe, encode_reading, merged, other_readings
 from warehouse_sim.dataset.stored.scene_record import (
+    Outcome,
     SceneRecord,
     read_scene_record,
     write_damaged_meshes,
@@ -32,7 +31,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock
 from warehouse_sim.output import link_or_copy, make_folder, remove_temporaries, write_bytes, writing
-from warehouse_sim.schema import Accessibility, ObjectModel, Observation, SceneSpec
+from warehouse_sim.schema import ObjectModel, Observation, SceneSpec
 
 
 class DatasetStore:
@@ -104,48 +103,29 @@ class DatasetStore:
         return [index for index in self.manifest.scene_indices if not self._layout.scene_record(index).is_file()]
 
     def write_scene(
-        self,
-        scene: SceneSpec,
-        observations: Iterable[Observation | ObservationFiles],
-        settle: Mapping[str, Any],
-        renderer: str,
-        occlusion: Mapping[str, Any] | None = None,
-        paired_variants: Sequence[tuple[str, SceneSpec]] = (),
-        origin: Mapping[str, Any] | None = None,
-        accessibility: Mapping[int, Accessibility] | None = None,
+        self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], outcome: Outcome
     ) -> None:
         """Store one scene in every format; its record comes last and makes it count as complete.
 
         Args:
             scene: The settled scene.
             observations: Its observations in order of index; they may be made while this runs.
-            settle: Plain data on how the scene came to rest.
-            renderer: Description of the renderer that draws the observations.
-            occlusion: Plain data on how requests for a visible fraction were met, if there were any.
-            paired_variants: Name and scene of each variant beside the scene itself.
-            origin: Plain data on where third-party observations come from.
-            accessibility: Which sides of its pallets a truck can take them by, by instance id.
+            outcome: What became of it.
 
         Raises:
             DatasetError: A format cannot hold an observation, or their number is not the manifest's.
         """
-        tally = SceneTally(scene, paired_variants)
+        tally = SceneTally(scene, outcome.paired_variants)
         described: dict[str, list[Described]] = {}
-        rows: list[dict[str, Any]] = []
+        recorded: list[RecordedObservation] = []
         for observation in self._written(scene, observations):
             self._store_readings(observation, described)
             tally.add(observation)
-            rows.append(observation_row(observation))
+            recorded.append(recorded_observation(observation))
         write_damaged_meshes(self.root, scene)
-        extra: dict[str, Any] = {"renderer": renderer, "settle": dict(settle), "occlusion": occlusion}
-        extra["tally"] = tally_row(tally.finish())
-        if described:
-            sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
-            extra["readings"] = to_mapping(sensors)
-        if origin is not None:
-            extra["origin"] = dict(origin)
+        sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
         split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
-        write_scene_record(path, scene, split, rows, extra, paired_variants, accessibility)
+        write_scene_record(path, scene, split, recorded, tally.finish(), outcome, sensors)
 
     def take_over_scene(
         self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], source: Path

@@ -11,6 +11,7 @@ from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import DatasetPlan, GenerateConfig, plan_dataset
@@ -91,15 +92,14 @@ def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
         prepared.scene, job.recipe.sensors, renderer, prepared.variants, bool(job.manifest.contents.levelled)
     )
     store = DatasetStore(job.root, job.manifest)
-    store.write_scene(
-        prepared.scene,
-        observations,
+    outcome = Outcome(
         to_mapping(prepared.settle),
         renderer.description,
         occlusion=None if prepared.occlusion is None else to_mapping(prepared.occlusion),
         paired_variants=[(variant.name, variant.scene) for variant in prepared.variants[1:]],
         accessibility=accessibility(prepared.scene, TRUCKS[prepared.truck]),
     )
+    store.write_scene(prepared.scene, observations, outcome)
 
 
 @contextmanager

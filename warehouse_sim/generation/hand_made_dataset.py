@@ -19,6 +19,7 @@ from warehouse_sim.dataset.manifest import BY_HAND, Manifest, package_versions, 
 from warehouse_sim.dataset.split import SPLITS, Split, SplitConfig
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import draft_contents
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.hand_made import Take, labelled_models
 from warehouse_sim.generation.licences import texture_licence
@@ -124,9 +125,11 @@ class HandMadeDataset:
         store.write_scene(
             scene,
             (replace(item.observation, scene_index=index, observation_index=i) for i, item in enumerate(takes)),
-            {} if report is None else to_mapping(replace(report, scene_index=index, seed=0)),
-            take.renderer,
-            accessibility=accessibility(scene, TRUCKS["any"]),
+            Outcome(
+                {} if report is None else to_mapping(replace(report, scene_index=index, seed=0)),
+                take.renderer,
+                accessibility=accessibility(scene, TRUCKS["any"]),
+            ),
         )
 
     def _require_fitting(self, takes: Sequence[Take], first: Take) -> None:

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Annotated, cast
 
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.ranges import Range
 from warehouse_sim.schema.labels import ObjectAnnotation
 from warehouse_sim.schema.readings import (
     CAMERA,
@@ -30,15 +31,15 @@ class Conditions:
 
     lighting: str = "nominal"
     """Name of the light preset."""
-    floor_lux: float | None = None
+    floor_lux: Annotated[float, Range(0, 1e9, "lx")] | None = None
     """Mean illuminance of the aisle's floor (lx); None = not measured."""
-    exposure_ev: float | None = None
+    exposure_ev: Annotated[float, Range(-100, 100)] | None = None
     """Exposure value at ISO 100 that the camera was set to."""
     variant: str = "base"
     """What was changed against the first paired variant, in a word."""
-    variant_group: int | None = None
+    variant_group: Annotated[int, Range(0, 2**31 - 1)] | None = None
     """Observations of a scene with the same number differ in the variant only; None = no paired variants."""
-    absent: tuple[int, ...] = ()
+    absent: tuple[Annotated[int, Range(0, 2**31 - 1)], ...] = ()
     """Instance ids of the scene's objects that are taken away in this variant."""
     sensor: str = ""
     """Name of the camera that a recipe drew for the scene; empty = the rig's only one."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CARTON, PALLET, make_scene, observe
-from warehouse_sim.dataset.card.tally import SceneTally, Tally, read_tally, tally_row
+from warehouse_sim.dataset.card.tally import SceneTally, Tally, TallyRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Material
 
@@ -57,7 +57,7 @@ def test_equal_shapes_are_one_mesh_and_other_paint_is_another_look() -> None:
 
 def test_a_tally_comes_back_from_plain_data_and_adds_up() -> None:
     tally = tally_of(make_scene(1))
-    read = read_tally(tally_row(tally), "scene")
+    read = TallyRecord.read(TallyRecord.of(tally).row(), "scene").tally()
     assert read == tally
     both = Tally()
     both.add(read)
@@ -68,12 +68,12 @@ def test_a_tally_comes_back_from_plain_data_and_adds_up() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"points": -1}, "points must be 0 to"),
+        ({"points": -1}, "points must be 0-"),
         ({"bins": {}}, "visible_fraction"),
         ({"bins": {"visible_fraction": [1], "distance": [], "lux": []}}, "must hold 10 counts"),
-        ({"looks": [{"class_name": "../x"}]}, "class_name"),
+        ({"looks": [{"class_name": "../x"}]}, "is missing"),
     ],
 )
 def test_a_malformed_tally_is_rejected(change: dict, words: str) -> None:
     with pytest.raises(DatasetError, match=words):
-        read_tally(tally_row(tally_of(make_scene(0))) | change, "scene")
+        TallyRecord.read(TallyRecord.of(tally_of(make_scene(0))).row() | change, "scene")

@@ -24,6 +24,7 @@ from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd, read_pcd_
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply, read_ply_cloud
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema.classes import CLASS_NUMBERS
@@ -145,7 +146,7 @@ def test_an_observation_without_lidar_or_objects_is_written(tmp_path: Path, name
     bare = [replace(item.with_reading("lidar", None), annotations=()) for item in observe(scene)]
     store = DatasetStore(tmp_path, make_manifest(1, (name,)))
     store.begin([PALLET], CAMERA)
-    store.write_scene(replace(scene, instances=()), bare, {}, "none")
+    store.write_scene(replace(scene, instances=()), bare, Outcome({}, "none"))
     data = json.loads((tmp_path / name / "train" / "000000" / "000000.json").read_text())
     assert set(data["sensors"]) == {"camera"}
     assert data["instances"] == {}

@@ -14,6 +14,7 @@ from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.schema import Observation, StereoReading
 
@@ -41,7 +42,7 @@ def root(tmp_path: Path) -> Path:
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = make_scene(index)
-        store.write_scene(scene, map(with_more, observe(scene)), {}, RENDERER)
+        store.write_scene(scene, map(with_more, observe(scene)), Outcome({}, RENDERER))
     store.finish()
     return tmp_path / "data"
 
@@ -86,7 +87,7 @@ def test_matched_disparities_that_are_no_image_are_named(tmp_path: Path) -> None
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = make_scene(index)
-        store.write_scene(scene, map(with_matched, observe(scene)), {}, RENDERER)
+        store.write_scene(scene, map(with_matched, observe(scene)), Outcome({}, RENDERER))
     store.finish()
     assert [check for check in validate(tmp_path / "data") if not check.ok] == []
     path = tmp_path / "data/kitti/training/disp_sgbm/000000.png"

@@ -21,7 +21,7 @@ from tests.dataset.toy import (
     with_recipe,
 )
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import Outcome, read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.level_view import lean, upright
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z
@@ -57,7 +57,7 @@ def write(root: Path, name: str) -> Path:
     for index in range(store.manifest.scenes):
         scene = make_scene(index)
         views = [leaning(observation, tilted(name)) for observation in observe(scene)]
-        store.write_scene(scene, views, {"problems": [], "speed": 0.0}, RENDERER)
+        store.write_scene(scene, views, Outcome({"problems": [], "speed": 0.0}, RENDERER))
     store.finish()
     return root
 
@@ -169,7 +169,7 @@ def test_within_two_degrees_points_stay_as_measured(tmp_path: Path) -> None:
         tmp_path, replace(make_manifest(formats=("kitti",)), scenes=1, splits={"train": (0,), "val": (), "test": ()})
     )
     store.begin([PALLET], CAMERA)
-    store.write_scene(make_scene(0), observations, {"problems": [], "speed": 0.0}, RENDERER)
+    store.write_scene(make_scene(0), observations, Outcome({"problems": [], "speed": 0.0}, RENDERER))
     cloud = np.fromfile(tmp_path / "kitti/training/velodyne/000000.bin", "<f4").reshape(-1, 4)[:, :3]
     assert (cloud == observations[0].lidar.points).all()
     assert read_scene_record(tmp_path, 0).observations[0].T_camera_lidar is None

@@ -18,6 +18,7 @@ from warehouse_sim.dataset.formats.mcap.messages import calibration_message
 from warehouse_sim.dataset.formats.mcap.recording import cloud_of, pose_in_root, read_moments, transforms_of
 from warehouse_sim.dataset.formats.mcap.writer import EPOCH, SceneClock
 from warehouse_sim.dataset.store import DatasetStore
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError, MissingPackageError
 from warehouse_sim.geometry.fisheye import Fisheye
@@ -49,7 +50,7 @@ def write(root: Path, observations: list[Observation]) -> Path:
     numbered = [replace(item, observation_index=i) for i, item in enumerate(observations)]
     store = DatasetStore(root, replace(make_manifest(1, ("mcap",)), observations_per_scene=len(numbered)))
     store.begin([PALLET], CAMERA)
-    store.write_scene(make_scene(0), numbered, {"problems": [], "speed": 0.0}, "none")
+    store.write_scene(make_scene(0), numbered, Outcome({"problems": [], "speed": 0.0}, "none"))
     store.finish()
     return root / "mcap" / "train" / "000000.mcap"
 
@@ -213,10 +214,10 @@ def test_a_scene_that_was_broken_off_is_written_again(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        store.write_scene(make_scene(0), breaks_off(), {}, "none")
+        store.write_scene(make_scene(0), breaks_off(), Outcome({}, "none"))
     folder = tmp_path / "mcap" / "train"
     assert not (folder / "000000.mcap").exists()
-    store.write_scene(make_scene(0), observe(make_scene(0)), {"problems": []}, "none")
+    store.write_scene(make_scene(0), observe(make_scene(0)), Outcome({"problems": []}, "none"))
     assert [path.name for path in folder.iterdir()] == ["000000.mcap"]
 
 

@@ -10,7 +10,7 @@ import trimesh
 from tests.dataset.toy import CAMERA, MODELS, PALLET, make_manifest, make_scene, observe
 from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import read_damaged_mesh, read_scene_record
+from warehouse_sim.dataset.stored.scene_record import Outcome, read_damaged_mesh, read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import SceneSpec
@@ -32,7 +32,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = damaged_scene(index)
-        store.write_scene(scene, observe(scene), {}, "numpy ray caster")
+        store.write_scene(scene, observe(scene), Outcome({}, "numpy ray caster"))
     store.finish()
     return store.root
 

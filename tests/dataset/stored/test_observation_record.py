@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_scene, observe
-from warehouse_sim.dataset.stored.observation_record import observation_row, read_observation
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation, recorded_observation
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Conditions, Light, Viewpoint
 
@@ -22,8 +22,8 @@ def test_what_is_written_is_read_back() -> None:
         replace(item, hidden_by={"load": 0.25}, illuminance=12.0) if item.instance_id == 10 else item
         for item in observation.annotations
     )
-    row = observation_row(replace(observation, viewpoint=view, conditions=conditions, annotations=labelled))
-    stored = read_observation(json.loads(json.dumps(row)), "here")
+    row = recorded_observation(replace(observation, viewpoint=view, conditions=conditions, annotations=labelled)).row()
+    stored = RecordedObservation.read(json.loads(json.dumps(row)), "here")
     assert np.array_equal(stored.T_world_camera, T)
     assert stored.conditions == conditions
     assert (stored.kind, stored.time, stored.sequence, stored.target) == ("amr", 2.5, 3, 10)
@@ -40,7 +40,7 @@ def test_what_is_written_is_read_back() -> None:
 
 
 def test_a_malformed_row_names_its_place(toy_copy: Path) -> None:
-    row = observation_row(observe(make_scene(1))[0])
+    row = recorded_observation(observe(make_scene(1))[0]).row()
     del row["targets"][0]["distance"]
-    with pytest.raises(DatasetError, match="scene 1: the entry 'distance' is missing"):
-        read_observation(row, "scene 1")
+    with pytest.raises(DatasetError, match=r"scene 1: targets\[0\]: the entry 'distance' is missing"):
+        RecordedObservation.read(row, "scene 1")

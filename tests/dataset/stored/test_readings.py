@@ -13,6 +13,7 @@ from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.readings import encode_reading
+from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform
@@ -42,7 +43,7 @@ def make(root: Path, change=with_ring) -> Path:
     store.begin([PALLET], CAMERA)
     for index in range(manifest.scenes):
         scene = make_scene(index)
-        store.write_scene(scene, map(change, observe(scene)), {}, RENDERER)
+        store.write_scene(scene, map(change, observe(scene)), Outcome({}, RENDERER))
     store.finish()
     return root
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import RENDERER, make_scene
+from warehouse_sim.dataset.card.tally import Tally
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.stored.observation_record import light_row
-from warehouse_sim.dataset.stored.scene_record import read_scene_record, write_scene_record
+from warehouse_sim.dataset.stored.scene_record import Outcome, read_scene_record, write_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import FREE, Accessibility, IntensityDistribution, Light, Material
 
@@ -53,6 +54,13 @@ def test_missing_entries_are_named(toy_copy: Path, key: str) -> None:
         read_scene_record(toy_copy, 1)
 
 
+def test_unknown_entries_are_named(toy_copy: Path) -> None:
+    path = toy_copy / "scenes" / "000001.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"splitt": "train"}))
+    with pytest.raises(DatasetError, match=r"000001\.json: splitt is not an entry; did you mean 'split'\?"):
+        read_scene_record(toy_copy, 1)
+
+
 def test_paint_is_stored_with_what_it_looks_like(tmp_path: Path) -> None:
     scene, red = make_scene(1), Material("red 1", (0.5, 0.1, 0.1), remission=0.45)
     first = replace(scene.instances[0], paint={"wood": "red 1"})
@@ -61,7 +69,7 @@ def test_paint_is_stored_with_what_it_looks_like(tmp_path: Path) -> None:
     )
     path = DatasetLayout(tmp_path).scene_record(1)
     path.parent.mkdir()
-    write_scene_record(path, painted, "train", [], {"renderer": RENDERER, "settle": {}})
+    write_scene_record(path, painted, "train", [], Tally(scenes=1), Outcome({}, RENDERER), {})
     record = read_scene_record(tmp_path, 1)
     assert [dict(item.paint) for item in record.objects if item.paint] == [{"wood": "red 1"}]
     stored = json.loads(path.read_text())["paints"]
@@ -73,7 +81,7 @@ def test_what_a_truck_can_take_is_stored(tmp_path: Path) -> None:
     scene, path = replace(make_scene(1), viewpoints=()), DatasetLayout(tmp_path).scene_record(1)
     path.parent.mkdir()
     reach = {10: Accessibility({"-y": FREE, "+y": "blocked by rack"}, stacked=True)}
-    write_scene_record(path, scene, "train", [], {"renderer": RENDERER, "settle": {}}, accessibility=reach)
+    write_scene_record(path, scene, "train", [], Tally(scenes=1), Outcome({}, RENDERER, accessibility=reach), {})
     stored = {row["instance_id"]: row for row in json.loads(path.read_text())["objects"]}
     assert (stored[10]["dockable"], stored[10]["stacked"]) == ({"-y": "free", "+y": "blocked by rack"}, True)
     assert "dockable" not in stored[11]

@@ -9,17 +9,17 @@ import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Self
 
 import numpy as np
 
 from warehouse_sim.dataset.card.bins import BINS, count_in_bins
-from warehouse_sim.dataset.files.plain import WHOLE, Span, take, take_name
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.dataset.files.record import Name, Record, Whole
+from warehouse_sim.ranges import Range
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Observation, SceneSpec
 from warehouse_sim.schema.things import is_damaged
 
-_COUNTS = Span(0, 2**53)
+_Count = Annotated[int, Range(0, 2**53)]
 
 
 @dataclass(frozen=True)
@@ -80,47 +80,52 @@ class Tally:
         return sum(count.labels for count in self.looks.values())
 
 
-def tally_row(tally: Tally) -> dict[str, Any]:
-    """Return a scene's tally as plain data for its record."""
-    looks = [
-        {**vars(look), **vars(tally.looks[look])}
-        for look in sorted(tally.looks, key=lambda look: (look.class_name, look.obj_id, look.mesh, look.look))
-    ]
-    return {"observations": tally.observations, "points": tally.points, "bins": tally.bins, "looks": looks}
+@dataclass(frozen=True)
+class _LookRow(Record):
+    """One look and how often it occurs, as a scene's record holds it."""
+
+    class_name: Name
+    obj_id: Whole
+    mesh: str
+    look: str
+    damaged: bool
+    placed: _Count
+    seen: _Count
+    labels: _Count
 
 
-def read_tally(data: Mapping[str, Any], where: str) -> Tally:
-    """Read the tally of one scene.
+@dataclass(frozen=True)
+class TallyRecord(Record):
+    """The tally of one scene, as its record holds it."""
 
-    Raises:
-        DatasetError: An entry is missing or malformed.
-    """
-    bins = take(data, "bins", dict, where)
-    looks = {}
-    for number, row in enumerate(take(data, "looks", list, where)):
-        inner = f"{where}: looks[{number}]"
-        look = Look(
-            take_name(row, "class_name", inner),
-            take(row, "obj_id", int, inner, WHOLE),
-            take(row, "mesh", str, inner),
-            take(row, "look", str, inner),
-            take(row, "damaged", bool, inner),
-        )
-        looks[look] = LookCount(*(take(row, key, int, inner, _COUNTS) for key in ("placed", "seen", "labels")))
-    return Tally(
-        scenes=1,
-        observations=take(data, "observations", int, where, WHOLE),
-        points=take(data, "points", int, where, _COUNTS),
-        looks=looks,
-        bins={name: _read_bins(bins, name, f"{where}: bins") for name in BINS},
-    )
+    observations: Whole
+    points: _Count
+    bins: dict[str, tuple[_Count, ...]]
+    looks: tuple[_LookRow, ...]
 
+    def __post_init__(self) -> None:
+        for name, edges in BINS.items():
+            if len(self.bins.get(name, ())) != len(edges) - 1:
+                raise ValueError(f"{name} must hold {len(edges) - 1} counts")
 
-def _read_bins(data: dict[str, Any], name: str, where: str) -> list[int]:
-    counts = take(data, name, list, where)
-    if len(counts) != len(BINS[name]) - 1 or not all(type(count) is int and count in _COUNTS for count in counts):
-        raise DatasetError(f"{where}: {name} must hold {len(BINS[name]) - 1} counts")
-    return counts
+    @classmethod
+    def of(cls, tally: Tally) -> Self:
+        """Return what is stored of a tally."""
+        ordered = sorted(tally.looks, key=lambda look: (look.class_name, look.obj_id, look.mesh, look.look))
+        looks = tuple(_LookRow(**vars(look), **vars(tally.looks[look])) for look in ordered)
+        bins = {name: tuple(counts) for name, counts in tally.bins.items()}
+        return cls(tally.observations, tally.points, bins, looks)
+
+    def tally(self) -> Tally:
+        """Return the tally that is stored."""
+        looks = {
+            Look(row.class_name, row.obj_id, row.mesh, row.look, row.damaged): LookCount(
+                row.placed, row.seen, row.labels
+            )
+            for row in self.looks
+        }
+        bins = {name: list(self.bins[name]) for name in BINS}
+        return Tally(1, self.observations, self.points, looks, bins)
 
 
 class SceneTally:

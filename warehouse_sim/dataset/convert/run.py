@@ -18,7 +18,7 @@ from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.contents import CameraContents, Contents, LidarContents
-from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import Outcome, read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import one_writer
 from warehouse_sim.output import link_or_copy
@@ -181,9 +181,7 @@ class _Theirs:
         store.write_scene(
             scene_of_image(image, index, models),
             [stored_observation(self.reader, image, (index, 0))],
-            settle={},
-            renderer="none: converted",
-            origin={"dataset": self.reader.name, **origin},
+            Outcome({}, "none: converted", origin={"dataset": self.reader.name, **origin}),
         )
 
 

@@ -8,39 +8,52 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.config import from_mapping
-from warehouse_sim.dataset.card.tally import Tally, read_tally
+from warehouse_sim.dataset.card.tally import Tally, TallyRecord
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import WHOLE, plain, read_transform, shown, take, take_if_given, take_name
+from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.files.ply import read_ply, write_ply
+from warehouse_sim.dataset.files.record import Name, Record, Rigid, Whole
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import FACES
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.contents import ReadingContents
-from warehouse_sim.dataset.stored.observation_record import RecordedObservation, light_row, read_observation
-from warehouse_sim.errors import ConfigError, DatasetError
+from warehouse_sim.dataset.stored.observation_record import RecordedObservation, light_row
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.output import make_folder
-from warehouse_sim.schema import Accessibility, SceneSpec
+from warehouse_sim.schema import Accessibility, ObjectInstance, SceneSpec
 from warehouse_sim.schema.things import is_damaged
 
 
 @dataclass(frozen=True, eq=False)
-class RecordedObject:
+class RecordedObject(Record):
     """One object of a scene."""
 
-    instance_id: int
-    class_name: str
+    instance_id: Whole
+    class_name: Name
     model: str
-    obj_id: int
+    obj_id: Whole
     group: int
-    T_world_object: Transform
-    paint: Mapping[str, str] = field(default_factory=dict)
+    T_world_object: Rigid
+    paint: dict[str, str] = field(default_factory=dict, metadata={"omitted": True})
     """Material of the model -> the one that it has here instead; their appearance is in the record's ``paints``."""
+    dockable: dict[str, str] | None = field(default=None, metadata={"omitted": True})
+    """Face -> "free" or why no truck takes it by that; None where that is not known, or it has no pockets."""
+    stacked: bool | None = field(default=None, metadata={"omitted": True})
+    """Whether it is part of a stack; None as ``dockable``."""
 
-    accessibility: Accessibility | None = None
-    """Which of its faces a truck can take it by; None where that is not stored, or it has no pockets."""
+    def __post_init__(self) -> None:
+        if not set(FACES).issuperset(self.dockable or ()):
+            raise ValueError(
+                f"dockable must name faces among {', '.join(FACES)}, found {shown(sorted(self.dockable or ()))}"
+            )
+        if (self.dockable is None) != (self.stacked is None):
+            raise ValueError("dockable and stacked must both be there, or none of them")
+
+    @property
+    def accessibility(self) -> Accessibility | None:
+        """Which of its faces a truck can take it by."""
+        return None if self.dockable is None else Accessibility(self.dockable, bool(self.stacked))
 
     @property
     def is_damaged(self) -> bool:
@@ -48,25 +61,50 @@ class RecordedObject:
         return is_damaged(self.model)
 
 
+def _read_tally(data: Any, where: str) -> Tally:
+    return TallyRecord.read(data, where).tally()
+
+
+def _tally_row(tally: Tally) -> dict[str, Any]:
+    return TallyRecord.of(tally).row()
+
+
 @dataclass(frozen=True, eq=False)
-class SceneRecord:
+class SceneRecord(Record):
     """What is stored of a scene beside its sensor data."""
 
-    scene_index: int
+    scene_index: Whole
     seed: int
     split: str
+    attempt: int
+    """How often it was drawn before it stood."""
+    targets: tuple[str, ...]
+    """Class names that have labels."""
     renderer: str
     """Description of the renderer that drew it."""
-    objects: tuple[RecordedObject, ...]
-    """In order of instance id."""
+    settle: dict[str, Any]
+    """How the scene came to rest."""
+    occlusion: dict[str, Any] | None
+    """How requests for a visible fraction were met, if there were any."""
+    tally: Tally = field(metadata={"from_plain": _read_tally, "to_plain": _tally_row})
+    """What is in it, counted for the dataset's card."""
+    readings: dict[str, ReadingContents] = field(default_factory=dict, metadata={"omitted": True}, kw_only=True)
+    """What sensors that no format holds gave in it."""
+    origin: dict[str, Any] | None = field(default=None, metadata={"omitted": True}, kw_only=True)
+    """Where third-party observations come from."""
+    lighting: str
+    """Name of the light preset; it, ``ambient``, ``exposure`` and ``lights`` are those of the scene."""
+    ambient: float
+    exposure: float
+    lights: tuple[dict[str, Any], ...]
+    paints: dict[str, dict[str, Any]] = field(default_factory=dict, metadata={"omitted": True}, kw_only=True)
+    """Materials that objects are painted with in place of their models'."""
+    paired_variants: tuple[dict[str, Any], ...]
+    """Light and materials of each variant beside the scene."""
     observations: tuple[RecordedObservation, ...]
     """In order of index."""
-    tally: Tally
-    """What is in it, counted for the dataset's card."""
-    settle: dict[str, Any] = field(default_factory=dict)
-    """How the scene came to rest."""
-    readings: dict[str, ReadingContents] = field(default_factory=dict)
-    """What sensors that no format holds gave in it."""
+    objects: tuple[RecordedObject, ...]
+    """In order of instance id."""
 
     @property
     def T_world_camera(self) -> tuple[Transform, ...]:
@@ -78,14 +116,32 @@ class SceneRecord:
         return next((item for item in self.objects if item.instance_id == instance_id), None)
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a scene while it was made: what its record says beside the scene itself."""
+
+    settle: Mapping[str, Any]
+    """Plain data on how it came to rest."""
+    renderer: str
+    """Description of the renderer that drew it."""
+    occlusion: Mapping[str, Any] | None = None
+    """Plain data on how requests for a visible fraction were met."""
+    paired_variants: Sequence[tuple[str, SceneSpec]] = ()
+    """Name and scene of each variant beside the scene itself."""
+    origin: Mapping[str, Any] | None = None
+    """Plain data on where third-party observations come from."""
+    accessibility: Mapping[int, Accessibility] = field(default_factory=dict)
+    """Which sides of its pallets a truck can take them by, by instance id, where that is known."""
+
+
 def write_scene_record(
     path: Path,
     scene: SceneSpec,
     split: Split,
-    observations: Sequence[Mapping[str, Any]],
-    extra: Mapping[str, Any],
-    paired_variants: Sequence[tuple[str, SceneSpec]] = (),
-    accessibility: Mapping[int, Accessibility] | None = None,
+    observations: Sequence[RecordedObservation],
+    tally: Tally,
+    outcome: Outcome,
+    readings: Mapping[str, ReadingContents],
 ) -> None:
     """Write the record of a settled scene.
 
@@ -93,47 +149,53 @@ def write_scene_record(
         path: The record's file.
         scene: The scene as it was drawn.
         split: The split it belongs to.
-        observations: Row of each observation that was written, in order; see ``observation_row``.
-        extra: Further entries as plain data: ``renderer``, ``settle``, ``occlusion``, ``readings``, ``tally``.
-        paired_variants: Name and scene of each variant beside the scene itself.
-        accessibility: Which sides of its pallets a truck can take them by, by instance id; None is not known.
+        observations: Those that were written, in order.
+        tally: What is in it.
+        outcome: What became of it.
+        readings: What sensors that no format holds gave in it.
     """
-    reach = accessibility or {}
-    objects = [
-        {
-            "instance_id": item.instance_id,
-            "class_name": scene.model_of(item).class_name,
-            "model": item.model,
-            "obj_id": scene.model_of(item).obj_id,
-            "group": item.group,
-            "T_world_object": item.T_world_object,
-            **({"paint": dict(item.paint)} if item.paint else {}),
-            **accessibility_row(reach.get(item.instance_id)),
-        }
-        for item in sorted(scene.instances, key=lambda item: item.instance_id)
-    ]
-    data = {
-        "scene_index": scene.scene_index,
-        "seed": scene.seed,
-        "split": split,
-        "attempt": scene.attempt,
-        "targets": scene.targets,
-        **extra,
+    used = {name for item in scene.instances for name in item.paint.values()}
+    record = SceneRecord(
+        scene_index=scene.scene_index,
+        seed=scene.seed,
+        split=split,
+        attempt=scene.attempt,
+        targets=scene.targets,
+        renderer=outcome.renderer,
+        settle=dict(outcome.settle),
+        occlusion=None if outcome.occlusion is None else dict(outcome.occlusion),
+        tally=tally,
+        readings=dict(readings),
+        origin=None if outcome.origin is None else dict(outcome.origin),
         **_light_row(scene),
-        **_paint_row(scene),
-        "paired_variants": [
-            {"variant": name, **_light_row(paired_variant), **_surface_row(paired_variant, scene)}
-            for name, paired_variant in paired_variants
-        ],
-        "observations": list(observations),
-        "objects": objects,
-    }
-    write_json(path, plain(data), depth=2)
+        paints={name: vars(scene.materials[name]) for name in sorted(used)},
+        paired_variants=tuple(
+            {"variant": name, **_light_row(variant), **_surface_row(variant, scene)}
+            for name, variant in outcome.paired_variants
+        ),
+        observations=tuple(observations),
+        objects=tuple(_recorded_object(scene, item, outcome) for item in sorted(scene.instances, key=_number)),
+    )
+    write_json(path, record.row(), depth=2)
 
 
-def accessibility_row(reach: Accessibility | None) -> dict[str, Any]:
-    """Return what is stored of an object beside all else; nothing where nothing is known."""
-    return {} if reach is None else {"dockable": dict(reach.faces), "stacked": reach.stacked}
+def _number(item: ObjectInstance) -> int:
+    return item.instance_id
+
+
+def _recorded_object(scene: SceneSpec, item: ObjectInstance, outcome: Outcome) -> RecordedObject:
+    model, reach = scene.model_of(item), outcome.accessibility.get(item.instance_id)
+    return RecordedObject(
+        item.instance_id,
+        model.class_name,
+        item.model,
+        model.obj_id,
+        item.group,
+        item.T_world_object,
+        dict(item.paint),
+        None if reach is None else dict(reach.faces),
+        None if reach is None else reach.stacked,
+    )
 
 
 def _light_row(scene: SceneSpec) -> dict[str, Any]:
@@ -141,14 +203,8 @@ def _light_row(scene: SceneSpec) -> dict[str, Any]:
         "lighting": scene.lighting,
         "ambient": scene.ambient,
         "exposure": scene.exposure,
-        "lights": [light_row(light) for light in scene.lights],
+        "lights": tuple(light_row(light) for light in scene.lights),
     }
-
-
-def _paint_row(scene: SceneSpec) -> dict[str, Any]:
-    """Return the materials that objects are painted with in place of their models'; nothing where none is."""
-    used = {name for item in scene.instances for name in item.paint.values()}
-    return {"paints": {name: vars(scene.materials[name]) for name in sorted(used)}} if used else {}
 
 
 def _surface_row(paired_variant: SceneSpec, scene: SceneSpec) -> dict[str, Any]:
@@ -169,56 +225,8 @@ def read_scene_record(root: Path, scene_index: int, objects: bool = True) -> Sce
         DatasetError: The record is missing, incomplete or malformed.
     """
     path = DatasetLayout(root).scene_record(scene_index)
-    data, where = read_json(path), str(path)
-    observations = take(data, "observations", list, where)
-    things = take(data, "objects", list, where) if objects else []
-    return SceneRecord(
-        scene_index=take(data, "scene_index", int, where, WHOLE),
-        seed=take(data, "seed", int, where),
-        split=take(data, "split", str, where),
-        renderer=take(data, "renderer", str, where),
-        objects=tuple(_read_object(item, f"{where}: objects[{i}]") for i, item in enumerate(things)),
-        observations=tuple(
-            read_observation(item, f"{where}: observations[{i}]") for i, item in enumerate(observations)
-        ),
-        settle=take(data, "settle", dict, where),
-        tally=read_tally(take(data, "tally", dict, where), f"{where}: tally"),
-        readings=_read_readings(take_if_given(data, "readings", dict, where) or {}, f"{where}: readings"),
-    )
-
-
-def _read_readings(data: dict[str, Any], where: str) -> dict[str, ReadingContents]:
-    try:
-        return {name: from_mapping(ReadingContents, item, f"{where}: {name}") for name, item in data.items()}
-    except ConfigError as problem:
-        raise DatasetError(str(problem)) from problem
-
-
-def _read_object(data: Any, where: str) -> RecordedObject:
-    return RecordedObject(
-        instance_id=take(data, "instance_id", int, where, WHOLE),
-        class_name=take_name(data, "class_name", where),
-        model=take(data, "model", str, where),
-        obj_id=take(data, "obj_id", int, where, WHOLE),
-        group=take(data, "group", int, where),
-        T_world_object=read_transform(take(data, "T_world_object", list, where), where),
-        paint=_read_paint(take_if_given(data, "paint", dict, where) or {}, f"{where}: paint"),
-        accessibility=_read_accessibility(data, where),
-    )
-
-
-def _read_accessibility(data: Any, where: str) -> Accessibility | None:
-    faces = take_if_given(data, "dockable", dict, where)
-    if faces is None:
-        return None
-    if not set(FACES).issuperset(faces):
-        raise DatasetError(f"{where}: dockable must name faces among {', '.join(FACES)}, found {shown(sorted(faces))}")
-    verdicts = {face: take(faces, face, str, f"{where}: dockable") for face in faces}
-    return Accessibility(verdicts, take(data, "stacked", bool, where))
-
-
-def _read_paint(data: dict[str, Any], where: str) -> dict[str, str]:
-    return {str(name): take(data, name, str, where) for name in data}
+    data = read_json(path)
+    return SceneRecord.read(data if objects or not isinstance(data, dict) else data | {"objects": []}, str(path))
 
 
 def write_damaged_meshes(root: Path, scene: SceneSpec) -> None:

@@ -3,20 +3,19 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.plain import WHOLE, read_lens, read_transform, take
+from warehouse_sim.dataset.files.plain import WHOLE, read_transform, take
 from warehouse_sim.dataset.files.point_table import CAMERA_FIELDS, SWEEP_FIELDS, Table, places
+from warehouse_sim.dataset.files.record import read_camera_row
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.reader import READERS
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.scene_record import RecordedObject
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import CAMERA
@@ -87,18 +86,9 @@ def _observation(subject: Subject, layout: CloudLayout, place: Place) -> Finding
             _ids(findings, table, objects, cloud)
             _boxes(subject, findings, table, T_world_camera @ T_camera_sensor, objects, cloud)
             if sensor == CAMERA:
-                _grid(findings, table, _camera(take(data, "camera", dict, where), f"{where}: camera"), cloud)
+                _grid(findings, table, read_camera_row(take(data, "camera", dict, where), f"{where}: camera"), cloud)
         findings.count += 1
     return findings
-
-
-def _camera(data: dict[str, Any], where: str) -> PinholeCamera:
-    width, height = (take(data, key, int, where, WHOLE) for key in ("width", "height"))
-    fx, fy, cx, cy = (take(data, key, float, where) for key in ("fx", "fy", "cx", "cy"))
-    try:
-        return PinholeCamera(width, height, fx, fy, cx, cy, read_lens(data, where))
-    except ValueError as problem:
-        raise DatasetError(f"{where}: {problem}") from problem
 
 
 def _ids(findings: Findings, table: Table, objects: Mapping[int, RecordedObject], path: Path) -> None:

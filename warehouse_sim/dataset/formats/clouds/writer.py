@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.files.json_file import write_json
-from warehouse_sim.dataset.files.plain import lens_row, plain
+from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
+from warehouse_sim.dataset.files.record import camera_row
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
@@ -89,8 +90,7 @@ class CloudSceneWriter:
 
 
 def _description(observation: Observation, tables: dict[str, Table], classes: dict[int, str]) -> dict[str, Any]:
-    camera, view = observation.camera, observation.viewpoint
-    size = {key: getattr(camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
+    view = observation.viewpoint
     row = {
         "scene": observation.scene_index,
         "observation": observation.observation_index,
@@ -98,7 +98,7 @@ def _description(observation: Observation, tables: dict[str, Table], classes: di
         "time": 0.0 if view is None else view.time,
         "T_world_camera": observation.T_world_camera,
         "T_world_vehicle": None if view is None else view.T_world_vehicle,
-        "camera": size | lens_row(camera),
+        "camera": camera_row(observation.camera),
         "sensors": {
             name: {"points": len(table), "T_camera_sensor": observation.readings[name].T_camera_sensor}
             for name, table in tables.items()
