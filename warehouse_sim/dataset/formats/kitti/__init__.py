@@ -59,7 +59,7 @@ class KittiFormat:
 
     def sweep(self, root: Path, manifest: Manifest, image: ImageRecord) -> MountedReading[LidarScan]:
         """Read the main LiDAR's sweep of an image of a dataset with a manifest."""
-        from warehouse_sim.dataset.formats.kitti.stored_sweep import stored_sweep
+        from warehouse_sim.dataset.formats.kitti.external_frame import stored_sweep
 
         return stored_sweep(root, manifest, image)
 
