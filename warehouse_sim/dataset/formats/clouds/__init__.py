@@ -46,7 +46,7 @@ class CloudFormat:
 
     def sweep(self, root: Path, manifest: Manifest, image: ImageRecord) -> MountedReading[LidarScan] | None:
         """Read the main LiDAR's sweep of an image of a dataset with a manifest; None where the rig has none."""
-        from warehouse_sim.dataset.formats.clouds.reader import stored_sweep
+        from warehouse_sim.dataset.formats.clouds.layout import stored_sweep
 
         return stored_sweep(root, self._name, image)
 

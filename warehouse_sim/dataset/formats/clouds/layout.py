@@ -1,9 +1,46 @@
-"""Where everything lies in a folder of clouds."""
+"""Where everything lies in a folder of clouds, and the sweep of the main LiDAR that lies there."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.files.plain import read_transform, take
+from warehouse_sim.dataset.files.point_table import SWEEP_FIELDS
+from warehouse_sim.dataset.formats.clouds.pcd_cloud import read_pcd_cloud
+from warehouse_sim.dataset.formats.clouds.ply_cloud import read_ply_cloud
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema import LIDAR, LidarScan, MountedReading
+
+READERS = {"ply": read_ply_cloud, "pcd": read_pcd_cloud}
+"""How clouds are read, by the format's name."""
+
+
+def stored_sweep(root: Path, name: str, image: ImageRecord) -> MountedReading[LidarScan] | None:
+    """Read the sweep of an image with ids, rings and times, and where its sensor was; None where the rig has no LiDAR.
+
+    Raises:
+        DatasetError: A file is missing or malformed, or a point is nowhere.
+    """
+    layout, place = cloud_layout(root, name), (image.split, image.scene_id, image.image_id)
+    path = layout.description(*place)
+    sensors = take(read_json(path), "sensors", dict, str(path))
+    if LIDAR not in sensors:
+        return None
+    where = f"{path}: {LIDAR}"
+    T_camera_lidar = read_transform(take(sensors[LIDAR], "T_camera_sensor", list, where), where)
+    cloud = layout.cloud(*place, LIDAR)
+    table = READERS[name](cloud)
+    if table.dtype != SWEEP_FIELDS:
+        raise DatasetError(f"{cloud}: a sweep has the fields {', '.join(SWEEP_FIELDS.names or ())}, in this order")
+    points = np.stack([table["x"], table["y"], table["z"]], axis=1)
+    if not np.isfinite(points).all():
+        raise DatasetError(f"{cloud}: a coordinate is no number; generate the dataset again")
+    fields = (np.ascontiguousarray(table[key]) for key in ("intensity", "instance_id", "ring", "time"))
+    return MountedReading(T_camera_lidar, LidarScan(points, *fields))
 
 
 @dataclass(frozen=True)

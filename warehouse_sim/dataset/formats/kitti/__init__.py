@@ -31,13 +31,13 @@ class KittiFormat:
 
     def reject(self, manifest: Manifest) -> None:
         """Reject views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
-        from warehouse_sim.dataset.formats.kitti import limits
+        from warehouse_sim.dataset.formats.kitti import layout
 
-        limits.require_numbers(manifest)
-        limits.require_words(manifest.targets)
-        limits.require_views_near_horizon(manifest.contents)
-        limits.require_lidar(manifest.contents)
-        require_depth_fits(manifest.contents, limits.STEPS_PER_METRE, NAME)
+        layout.require_numbers(manifest)
+        layout.require_words(manifest.targets)
+        layout.require_views_near_horizon(manifest.contents)
+        layout.require_lidar(manifest.contents)
+        require_depth_fits(manifest.contents, layout.STEPS_PER_METRE, NAME)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
         """Return a writer into ``root/kitti``."""

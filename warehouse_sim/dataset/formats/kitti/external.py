@@ -27,8 +27,7 @@ from warehouse_sim.dataset.formats.kitti.external_objects import (
     class_numbers,
     target_record,
 )
-from warehouse_sim.dataset.formats.kitti.layout import NAME
-from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE
+from warehouse_sim.dataset.formats.kitti.layout import NAME, STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_text
 from warehouse_sim.dataset.objects import ObjectInfo

@@ -9,8 +9,15 @@ import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
 from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
-from warehouse_sim.dataset.formats.kitti.layout import NAME, KittiLayout, frames_of, kitti_kinds, kitti_layout
-from warehouse_sim.dataset.formats.kitti.limits import STEPS_PER_METRE, require_level
+from warehouse_sim.dataset.formats.kitti.layout import (
+    NAME,
+    STEPS_PER_METRE,
+    KittiLayout,
+    frames_of,
+    kitti_kinds,
+    kitti_layout,
+    require_level,
+)
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
