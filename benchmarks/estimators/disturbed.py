@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.benchmark.disturbances.masks import Disturb
+from warehouse_sim.benchmark.disturbances import Disturb
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage

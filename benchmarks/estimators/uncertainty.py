@@ -19,7 +19,7 @@ from benchmarks.estimators.disturbed import LEARNT, RECIPE, TEST, VAL, made, pre
 from benchmarks.estimators.uncertainty_fit import fit
 from benchmarks.estimators.uncertainty_samples import Samples, collect, joined
 from benchmarks.result import RESULTS, write_result
-from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
+from warehouse_sim.benchmark.disturbances import MASK_ERRORS
 from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions

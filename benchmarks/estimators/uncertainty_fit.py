@@ -10,7 +10,7 @@ from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile
 from warehouse_sim.estimators.pose.uncertainty.estimator import NINE_OF_TEN
 from warehouse_sim.estimators.pose.uncertainty.model import Steps, StepSum, UncertaintyModel
 from warehouse_sim.estimators.settings import Refinement
-from warehouse_sim.evaluation.selective import auroc
+from warehouse_sim.evaluation.trust import auroc
 
 RANGE_EDGES = (2.0, 4.0, 6.0, 8.0, 10.0)
 """Distances (m) between which the bound has a factor of its own."""

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.estimators.disturbed import predict
-from warehouse_sim.benchmark.disturbances.masks import MASK_ERRORS
+from warehouse_sim.benchmark.disturbances import MASK_ERRORS
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.pose.uncertainty.estimator import Watcher
 from warehouse_sim.estimators.predict import read_images
 from warehouse_sim.evaluation.measure import MeasureConfig, measure
-from warehouse_sim.evaluation.selective import succeeded
+from warehouse_sim.evaluation.trust import succeeded
 
 
 @dataclass(frozen=True, eq=False)

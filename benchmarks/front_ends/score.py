@@ -22,8 +22,13 @@ from benchmarks.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
 from warehouse_sim.estimators.predict import detect
-from warehouse_sim.evaluation.detection.intervals import precision_intervals
-from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.scores import (
+    Evaluated,
+    precision_intervals,
+    score_detections,
+    seen_by_class,
+    wanted_in,
+)
 
 PALLETS = ("pallet",)
 RANGES = ((0.0, 7.0), (7.0, 15.0), (15.0, 25.0), (25.0, 35.0))

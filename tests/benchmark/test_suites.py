@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.benchmark.made import BASELINES, shrunk
-from warehouse_sim.benchmark.disturbances.by_name import DISTURBANCES
+from warehouse_sim.benchmark.disturbances import DISTURBANCES
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.sets import recipe_of

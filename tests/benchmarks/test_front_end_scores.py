@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.front_ends.end_to_end import false_alarms
-from warehouse_sim.evaluation.detection.intervals import precision_intervals
-from warehouse_sim.evaluation.detection.scores import Seen
+from warehouse_sim.evaluation.detection.scores import Seen, precision_intervals
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.schema import PoseEstimate
 

@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.benchmark.recorded.entries import entries, gravity_of, masked
+from warehouse_sim.benchmark.recorded.entries import dock_of, entries, gravity_of, masked
 from warehouse_sim.benchmark.recorded.faces import RecordedFace, drive_in, read_faces
-from warehouse_sim.benchmark.recorded.plane_and_rectangle import dock_of
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.evaluation.docking.fork import ForkConfig

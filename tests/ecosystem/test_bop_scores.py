@@ -12,11 +12,9 @@ from tests.evaluation.made_dataset import make_dataset
 from tests.evaluation.pallet import random_motion
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.evaluation.bop_scores import bop_scores
-from warehouse_sim.evaluation.errors.depth_image import depth_of
-from warehouse_sim.evaluation.errors.pose_error import add, add_s, estimates_in_object, mssd
-from warehouse_sim.evaluation.errors.projection_error import mspd
+from warehouse_sim.evaluation.errors.pose_error import add, add_s, estimates_in_object, mspd, mssd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.errors.visible_surface import BOP_DELTA, BOP_TAUS, vsd
+from warehouse_sim.evaluation.errors.visible_surface import BOP_DELTA, BOP_TAUS, depth_of, vsd
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate

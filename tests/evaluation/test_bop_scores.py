@@ -11,7 +11,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.evaluation import evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores, match_by_score
-from warehouse_sim.evaluation.errors.projection_error import mspd
+from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.errors.visible_surface import vsd
 from warehouse_sim.geometry.camera import PinholeCamera

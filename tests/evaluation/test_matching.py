@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.evaluation.matching import match
+from warehouse_sim.evaluation.pairing import match
 
 INF = np.inf
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from tests.evaluation.tables import missed, row, table
-from warehouse_sim.evaluation.report.cases import choose_cases
+from warehouse_sim.evaluation.report.score_sections import choose_cases
 
 
 def test_best_middle_worst_and_missed_are_told_apart():

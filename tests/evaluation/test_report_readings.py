@@ -4,7 +4,7 @@ import numpy as np
 
 from warehouse_sim.dataset.stored.contents import ChannelContents, ReadingContents
 from warehouse_sim.evaluation.report.page import render
-from warehouse_sim.evaluation.report.readings import reading_rows
+from warehouse_sim.evaluation.report.sections import reading_rows
 from warehouse_sim.schema import ChannelReading, MountedReading
 
 RING = {

@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 
 from tests.evaluation.tables import missed, row, table, without_pockets
-from warehouse_sim.evaluation.selective import auroc, auroc_interval, least_area, risk_coverage, succeeded
 from warehouse_sim.evaluation.summary import GroupConfig
-from warehouse_sim.evaluation.trust import Trust, bound_coverage, trust_of
+from warehouse_sim.evaluation.trust import (
+    Trust,
+    auroc,
+    auroc_interval,
+    bound_coverage,
+    least_area,
+    risk_coverage,
+    succeeded,
+    trust_of,
+)
 
 
 def test_auroc_is_the_share_of_pairs_in_order_ties_counting_half():

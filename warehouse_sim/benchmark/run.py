@@ -18,9 +18,8 @@ from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, S
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import curve_rows, require_metrics, score_rows
+from warehouse_sim.benchmark.rows.scores import curve_rows, require_metrics, score_rows, spread_rows
 from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
-from warehouse_sim.benchmark.rows.spread import spread_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened

@@ -42,7 +42,7 @@ def evaluate(
 
 
 def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite: bool) -> None:
-    from warehouse_sim.evaluation.detection.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
+    from warehouse_sim.evaluation.detection.kitti_ap import evaluate_kitti_results, kitti_lines, write_kitti_scores
 
     scores = evaluate_kitti_results(results, data, split)
     print("\n".join(kitti_lines(scores)))

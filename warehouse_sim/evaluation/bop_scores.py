@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.plain import NUMBERS, take_if_given
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
-from warehouse_sim.evaluation.errors.projection_error import mspd
+from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.errors.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors

@@ -18,7 +18,7 @@ from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import GT_MASKS, ORACLE, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
-from warehouse_sim.benchmark.docking.kept_rows import Kept
+from warehouse_sim.benchmark.docking.record import Kept
 from warehouse_sim.render import open_renderer
 
 FOLDER = Path("out") / "closed_loop"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.benchmark.disturbances.by_name import DISTURBANCES, disturbance
+from warehouse_sim.benchmark.disturbances import DISTURBANCES, disturbance
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage

@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from warehouse_sim.benchmark.docking.kept_rows import Kept
+from warehouse_sim.benchmark.docking.record import Kept
 
 
 def test_rows_survive_a_line_that_was_cut_off(tmp_path: Path) -> None:

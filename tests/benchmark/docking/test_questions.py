@@ -8,8 +8,16 @@ import pytest
 
 from tests.benchmark.docking.stations import station
 from warehouse_sim.benchmark.docking.agreement import causes, confusion, disagreements, swept_docks
-from warehouse_sim.benchmark.docking.planted import AXES, KINDS, limits, misplaced, planted
-from warehouse_sim.benchmark.docking.questions import Question, swept_answer, why_not
+from warehouse_sim.benchmark.docking.questions import (
+    AXES,
+    KINDS,
+    Question,
+    limits,
+    misplaced,
+    planted,
+    swept_answer,
+    why_not,
+)
 from warehouse_sim.benchmark.docking.record import Record
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.docking.world import pieces

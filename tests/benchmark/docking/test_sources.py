@@ -9,7 +9,7 @@ import pytest
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.pictures import picture
-from warehouse_sim.benchmark.docking.planted import KINDS
+from warehouse_sim.benchmark.docking.questions import KINDS
 from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.generation.recipe import load_recipe

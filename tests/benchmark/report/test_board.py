@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.benchmark.report.made import everything, result, row
-from warehouse_sim.benchmark.report.across import first_boards, standings
-from warehouse_sim.benchmark.report.board import board, boards, ranks
-from warehouse_sim.benchmark.report.names import headline, metric_title
+from warehouse_sim.benchmark.report.board import board, boards, first_boards, ranks, standings
+from warehouse_sim.benchmark.report.looks import headline, metric_title
 from warehouse_sim.benchmark.result import EstimatorFacts
 from warehouse_sim.benchmark.rows.row import Row
 

@@ -146,7 +146,7 @@ def test_the_command_draws_results_and_rejects_a_mixture(tmp_path: Path, capsys:
 def test_results_are_drawn_without_what_made_them() -> None:
     heavy = "torch, mujoco, moderngl, embreex, open3d, sklearn"
     code = (
-        "import sys, warehouse_sim.benchmark.report, warehouse_sim.benchmark.report.sections\n"
+        "import sys, warehouse_sim.benchmark.report, warehouse_sim.benchmark.report.page\n"
         f"loaded = [name for name in '{heavy}'.split(', ') if name in sys.modules]\n"
         "sys.exit(str(loaded) if loaded else 0)"
     )

@@ -10,9 +10,13 @@ import pytest
 from warehouse_sim.cli.evaluate import evaluate
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.errors import DatasetError, EvaluationError
-from warehouse_sim.evaluation.detection.kitti_ap import kitti_scores
+from warehouse_sim.evaluation.detection.kitti_ap import (
+    evaluate_kitti_results,
+    kitti_lines,
+    kitti_scores,
+    write_kitti_scores,
+)
 from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, shared_areas
-from warehouse_sim.evaluation.detection.kitti_results import evaluate_kitti_results, kitti_lines, write_kitti_scores
 
 
 def pallet(number: int = 0, **changes) -> KittiLabel:

@@ -9,8 +9,8 @@ import pytest
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.results.predictions import attach_faces, face_path, write_faces
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.docking.face import face_columns
 from warehouse_sim.evaluation.docking.fork import ForkConfig, docking_faces
+from warehouse_sim.evaluation.docking.standing import face_columns
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import PalletFace, Pocket, PoseEstimate
 

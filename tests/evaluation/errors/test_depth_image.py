@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import epal1
-from warehouse_sim.evaluation.errors.depth_image import depth_of
+from warehouse_sim.evaluation.errors.visible_surface import depth_of
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z

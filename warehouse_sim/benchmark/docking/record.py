@@ -3,17 +3,56 @@
 import hashlib
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from warehouse_sim.benchmark.docking.agreement import simulated_docks, swept_docks
 from warehouse_sim.benchmark.docking.drive import dock
-from warehouse_sim.benchmark.docking.kept_rows import Kept, Row
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
+from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.rows.simulated import Verdict
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.schema.things import is_damaged
+
+Row = dict[str, Any]
+
+
+class Kept:
+    """Rows in a file of JSON lines, by key; a line that a stopped run left unfinished is passed over."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        self._rows: dict[str, Row] = {}
+        for line in text.splitlines():
+            try:
+                row = json.loads(line)
+            except json.JSONDecodeError:
+                continue
+            self._rows[row["key"]] = row
+        self._is_cut = not text.endswith("\n") and bool(text)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._rows
+
+    def __getitem__(self, key: str) -> Row:
+        return self._rows[key]
+
+    def add(self, key: str, row: Row) -> Row:
+        """Keep a row and return it."""
+        self._rows[key] = kept = {"key": key, **row}
+        with self._path.open("a", encoding="utf-8") as file:
+            # The next row would otherwise be lost with the one that was cut off.
+            file.write("\n" * self._is_cut + json.dumps(kept) + "\n")
+        self._is_cut = False
+        return kept
 
 
 class Record:
@@ -56,3 +95,20 @@ def _key(question: Question, station: Station, truck: TruckConfig) -> str:
     settings = json.dumps([question.place, asdict(truck), station.pallet.model], sort_keys=True)
     poses = np.round(np.stack([question.T_object_estimated, station.pallet.T_world_object]), 9) + 0.0
     return hashlib.sha256(settings.encode() + poses.tobytes()).hexdigest()[:20]
+
+
+def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequence[Verdict]:
+    """Return a verdict for each predicted pose that docking is evaluated of; answers are kept beside the predictions.
+
+    Args:
+        data: The dataset.
+        predictions: A CSV of poses.
+        split: Which images.
+        most: How many poses, about as many of each scene; which pallets does not depend on who predicts.
+    """
+    truck = TruckConfig()
+    scenes = {image.scene_id for image in DatasetReader(data).images(split)}
+    source = Source(f"{data}={predictions}", truck, split=split, a_scene=-(-most // max(len(scenes), 1)))
+    record = Record(predictions.parent / "answers.jsonl", truck)
+    rows = [record.answer(question, station) for question, station in source.questions(most)]
+    return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]

@@ -3,7 +3,8 @@
 import json
 import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -11,9 +12,7 @@ import numpy as np
 
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
-from warehouse_sim.benchmark.docking.planted import KINDS, planted
-from warehouse_sim.benchmark.docking.questions import Question, why_not
-from warehouse_sim.benchmark.docking.recorded_scene import recorded_scene
+from warehouse_sim.benchmark.docking.questions import KINDS, Question, planted, why_not
 from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.config import from_mapping
@@ -21,14 +20,16 @@ from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
 from warehouse_sim.dataset.results import predictions as prediction_file
-from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.errors import ConfigError, DatasetError, PlacementError
 from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, nearest_symmetry
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.pairing import pair_up
 from warehouse_sim.generation.recipe import Recipe, load_recipe
-from warehouse_sim.generation.scene import sample_settled_scene
+from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.scene import sample_scene, scene_rng
 from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import Accessibility, ObjectModel, SceneSpec
@@ -183,3 +184,42 @@ def _before_viewpoints(scene: SceneSpec) -> Iterator[Seen]:
 def _face_before(thing: ObjectInfo | ObjectModel, T_camera_object: Transform) -> str:
     faces = docking_faces(thing.size, thing.pockets)
     return faces[int(approached_face(T_camera_object[None], faces)[0])].name
+
+
+def recorded_scene(recipe: Recipe, record: SceneRecord, attempt: int, where: str) -> tuple[SceneSpec, Truck]:
+    """Return a recorded scene with everything where the record has it, and the truck of its aisle.
+
+    Args:
+        recipe: What the dataset was made by.
+        record: Of the scene.
+        attempt: Which attempt stood, as the record's file says.
+        where: The record's file, for errors.
+
+    Raises:
+        DatasetError: The recipe does not give the scene that is recorded.
+    """
+    try:
+        settings = recipe.scene.sampled(partial(scene_rng, record.seed, record.scene_index, attempt=attempt))
+        if recipe.occlusion is None:
+            sampled = sample_scene(recipe.scene, record.seed, record.scene_index, attempt)
+        else:  # what is put before the camera is chosen in the settled scene
+            sampled = prepare_scene(recipe, record.seed, record.scene_index).scene
+    except (ConfigError, PlacementError) as problem:
+        raise DatasetError(f"{where}: {problem}; generate the dataset again with this version") from problem
+    return _as_recorded(sampled, record, where), settings.layout.truck
+
+
+def _as_recorded(sampled: SceneSpec, record: SceneRecord, where: str) -> SceneSpec:
+    """Return the sampled scene with everything where the record has it."""
+    models = {item.instance_id: item.model for item in sampled.instances}
+    other = {item.instance_id: item.model for item in record.objects}
+    differing = sorted(number for number in models.keys() | other.keys() if models.get(number) != other.get(number))
+    if differing:
+        number = differing[0]
+        raise DatasetError(
+            f"{where}: object {number} is {other.get(number)!r}, sampled again it is {models.get(number)!r}: this "
+            "version samples other scenes from the recipe; use the version that the manifest names, or generate again"
+        )
+    places = {item.instance_id: np.asarray(item.T_world_object) for item in record.objects}
+    instances = tuple(replace(item, T_world_object=places[item.instance_id]) for item in sampled.instances)
+    return replace(sampled, instances=instances, settled=True)

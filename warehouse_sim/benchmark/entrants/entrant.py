@@ -8,8 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from warehouse_sim.benchmark.entrants.answering import answers
-from warehouse_sim.benchmark.entrants.ways import Way, way_of
+from warehouse_sim.benchmark.entrants.ways import Way, answers, way_of
 from warehouse_sim.benchmark.kept import digest, file_digest
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.config import from_mapping, to_mapping

@@ -6,19 +6,27 @@ boxes in place of ground-truth masks, and ``nominal`` for the calibration that t
 names neither selection nor refinement goes by consensus and ICP; one that names a selection alone is not refined.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
+
+from warehouse_sim.benchmark.disturbances import UNNAMED, disturbance
 from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.api import Composition, Configurable, PoseEstimator
+from warehouse_sim.estimators.detections import Finder
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
+from warehouse_sim.estimators.predict import require_known
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import data_folder, model_names
+from warehouse_sim.schema import PoseEstimate
 
 _VERIFICATION = "verify"
 _WORDS: dict[str, dict[str, object]] = {
@@ -102,3 +110,64 @@ def _has_stages(model: str) -> bool:
     registered = ESTIMATORS.get(model)
     behind = registered.estimator if isinstance(registered, Composition) else ""
     return isinstance(registered, Configurable) and (not behind or is_trained(behind))
+
+
+def answers(
+    way: Way, reader: DatasetReader, split: str, disturb: str, progress: Callable[[float, str], None]
+) -> list[PoseEstimate]:
+    """Return the estimates of a split's images, in their order.
+
+    Where nobody names the object, those of the dataset that the estimator knows are what it may be. Times count the
+    detection, as those of ``predict`` do.
+
+    Args:
+        way: The estimator and its settings.
+        reader: The dataset.
+        split: Which images.
+        disturb: Name of what is done to each image; it has a random stream of its own.
+        progress: Called with the fraction that is done.
+
+    Raises:
+        UnknownNameError: No such estimator or disturbance.
+        TrainingError: There are no weights, or they know no object of the split.
+    """
+    config, change = way.config, disturbance(disturb)
+    if config.calibration != reader.calibration:
+        reader = DatasetReader(reader.root, config.calibration)
+    estimator, images = way.open(reader.objects), reader.images(split)
+    require_known(estimator, reader, images)
+    may_be = _candidates(estimator, reader) if disturb == UNNAMED else ()
+    finder = Finder(config.detections, config.gravity, config.depth, config.objects)
+    found: list[PoseEstimate] = []
+    for start in range(0, len(images), config.images_at_once):
+        group = images[start : start + config.images_at_once]
+        seen, seconds = list[RgbdImage](), dict[tuple[int, int], float]()
+        for record in group:
+            if (image := finder.find(estimator, reader, record)) is None:
+                continue
+            rng = np.random.default_rng([image.scene_id, image.image_id])
+            seen.append(_as_one_of(change(image, rng), may_be))
+            seconds[image.scene_id, image.image_id] = finder.seconds
+        found += [_with_time(item, seconds) for item in _estimated(estimator, seen)]
+        progress((start + len(group)) / len(images), f"{len(found)} poses")
+    return found
+
+
+def _estimated(estimator: PoseEstimator, images: list[RgbdImage]) -> list[PoseEstimate]:
+    return estimator.estimate_all(images) if images else []
+
+
+def _with_time(item: PoseEstimate, seconds: dict[tuple[int, int], float]) -> PoseEstimate:
+    return replace(item, time=item.time + seconds[item.scene_id, item.image_id]) if item.time >= 0 else item
+
+
+def _candidates(estimator: PoseEstimator, reader: DatasetReader) -> tuple[int, ...]:
+    if estimator.objects is None:
+        return ()
+    return tuple(sorted({shape.obj_id for shape in estimator.objects} & set(reader.objects)))
+
+
+def _as_one_of(image: RgbdImage, may_be: tuple[int, ...]) -> RgbdImage:
+    if not may_be:
+        return image
+    return replace(image, detections=tuple(replace(item, may_be=may_be) for item in image.detections))

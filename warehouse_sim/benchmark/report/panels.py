@@ -14,8 +14,7 @@ from warehouse_sim.benchmark.report.charts import (
     lines_chart,
     spread_chart,
 )
-from warehouse_sim.benchmark.report.looks import family_of, looks_of, shortened
-from warehouse_sim.benchmark.report.names import headline, metric_title
+from warehouse_sim.benchmark.report.looks import family_of, headline, looks_of, metric_title, shortened
 from warehouse_sim.benchmark.result import SuiteResult
 from warehouse_sim.benchmark.rows.row import Row, Table
 

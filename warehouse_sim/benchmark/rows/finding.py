@@ -14,8 +14,7 @@ from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
 from warehouse_sim.estimators.predict import detect
-from warehouse_sim.evaluation.detection.intervals import precision_intervals
-from warehouse_sim.evaluation.detection.scores import Evaluated, Seen, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.scores import Evaluated, Seen, precision_intervals, seen_by_class, wanted_in
 from warehouse_sim.evaluation.intervals import fraction_interval, wilson
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.overlap import box_ious

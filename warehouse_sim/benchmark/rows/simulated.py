@@ -39,7 +39,7 @@ class DockingSimulation(Protocol):
 
 SIMULATIONS = Registry("docking simulation")
 """Names that stand for a ``DockingSimulation``; entry points of the group ``warehouse_sim.docking_simulations``."""
-SIMULATIONS.add("truck", "warehouse_sim.benchmark.docking.verdicts:truck_verdicts")
+SIMULATIONS.add("truck", "warehouse_sim.benchmark.docking.record:truck_verdicts")
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class ClosedLoop(Protocol):
 
 CLOSED_LOOPS = Registry("closed loop")
 """Names that stand for a ``ClosedLoop``; entry points of the group ``warehouse_sim.closed_loops``."""
-CLOSED_LOOPS.add("truck", "warehouse_sim.benchmark.docking.closed_loop.drives:drives")
+CLOSED_LOOPS.add("truck", "warehouse_sim.benchmark.docking.closed_loop.run:drives")
 
 
 def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:

@@ -11,7 +11,7 @@ from warehouse_sim.evaluation.docking.insertion import insertion_depth
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.metrics import accuracy_curve
 from warehouse_sim.evaluation.report.figure import PALETTE, chart
-from warehouse_sim.evaluation.selective import risk_coverage, succeeded
+from warehouse_sim.evaluation.trust import risk_coverage, succeeded
 
 _PASS, _FAIL, _QUIET = PALETTE[0], PALETTE[1], "#8b949e"
 

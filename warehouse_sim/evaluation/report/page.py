@@ -9,7 +9,7 @@ from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.score_sections import evaluation_section, score_row
 from warehouse_sim.evaluation.report.sections import dataset_section, run_section
 from warehouse_sim.evaluation.report.sources import EvaluationSource, read_sources
-from warehouse_sim.evaluation.report.template import filled
+from warehouse_sim.optional import require
 from warehouse_sim.output import make_folder, write_bytes
 
 _MANY = 3
@@ -74,3 +74,23 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
 def render(**context: Any) -> str:
     """Return the page of some sections: scores, comparison, evaluations, runs, datasets."""
     return filled(__package__, "page.html.j2", **context)
+
+
+_LOOK = "warehouse_sim.evaluation.report"
+
+
+def filled(package: str, name: str, **context: Any) -> str:
+    """Return a page; whatever it is filled with is escaped.
+
+    Args:
+        package: Package that the template lies in.
+        name: File name of the template; it may include ``look.css.j2``.
+        **context: What the template shows.
+
+    Raises:
+        MissingPackageError: jinja2 is not installed.
+    """
+    jinja2 = require("jinja2", "report", "to write a report")
+    loader = jinja2.ChoiceLoader([jinja2.PackageLoader(place, "") for place in dict.fromkeys((package, _LOOK))])
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.get_template(name).render(**context)

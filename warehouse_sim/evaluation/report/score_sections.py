@@ -1,6 +1,7 @@
 """What the page shows of each evaluation, ready for the template."""
 
 import json
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from warehouse_sim.config import from_mapping
 from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_faces
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
-from warehouse_sim.evaluation.report.cases import choose_cases
 from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
 from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell, signed
 from warehouse_sim.evaluation.report.sources import EvaluationSource
@@ -172,3 +172,34 @@ def _identity_line(source: EvaluationSource) -> str:
         f"{counted(counts['predictions'], 'prediction')}"
         + "".join(f", {key}: {data[key]}" for key in WITHOUT_CAD | WITHOUT_ACCESSIBILITY if key in data)
     )
+
+
+@dataclass(frozen=True)
+class CaseGroup:
+    """Rows of an error table that are shown together."""
+
+    title: str
+    rows: tuple[int, ...]
+
+
+def choose_cases(table: ErrorTable, count: int) -> list[CaseGroup]:
+    """Choose up to ``count`` rows a group by ADD, no row twice; a group without rows is left out.
+
+    The middle is the middle of what was found; misses, which have no estimate to draw, are shown the most visible
+    first, since those are the least excusable.
+    """
+    found = np.flatnonzero(table.found)
+    ranked = found[np.argsort(table.add[found], kind="stable")].tolist()
+    size = min(count, len(ranked) // 3 or len(ranked))
+    best, worst = ranked[:size], ranked[::-1][:size]
+    start = max(0, (len(ranked) - size) // 2)
+    middle = [row for row in ranked[start : start + size] if row not in best and row not in worst]
+    missed = np.flatnonzero(~table.found)
+    most_visible = missed[np.argsort(-table.visible_fraction[missed], kind="stable")][:count].tolist()
+    groups = [
+        CaseGroup("Best", tuple(best)),
+        CaseGroup("Median", tuple(middle)),
+        CaseGroup("Worst", tuple(row for row in worst if row not in best)),
+        CaseGroup("Missed", tuple(most_visible)),
+    ]
+    return [group for group in groups if group.rows]

@@ -8,8 +8,7 @@ import pytest
 from tests.benchmark.docking.closed_loop.trucks import CAMERA, MOUNT, start_at
 from tests.benchmark.docking.stations import station
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
-from warehouse_sim.benchmark.docking.closed_loop.live import Shot
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, nominal
+from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Shot, nominal
 from warehouse_sim.estimators.image import Detection
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 from warehouse_sim.schema import PoseEstimate

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from warehouse_sim.benchmark.docking.closed_loop import run as run_module
-from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
+from warehouse_sim.benchmark.docking.closed_loop.perceive import LiveScene
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
-from warehouse_sim.benchmark.docking.kept_rows import Kept
+from warehouse_sim.benchmark.docking.record import Kept
 from warehouse_sim.generation.moment import Stage
 from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe

@@ -1,21 +1,156 @@
 """Who estimates the pallet on the way: ground truth, or an estimator that sees what the truck's camera sees."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Float32, Int32, UInt8
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
-from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene
 from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
+from warehouse_sim.generation.light import light_scene
+from warehouse_sim.generation.moment import Stage
+from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
+from warehouse_sim.generation.paired_variants import base_variant
+from warehouse_sim.generation.paired_variants.config import overlaid
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.scene import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.schema import ObjectInstance, ObjectModel, PoseEstimate
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.render.renderer import Renderer
+from warehouse_sim.scene import scene_rng
+from warehouse_sim.schema import CAMERA, ObjectInstance, ObjectModel, PoseEstimate, RgbdReading, SceneSpec, Viewpoint
+from warehouse_sim.sensors.rgbd.depth.models import MODELS, PRESETS
+from warehouse_sim.sensors.rig import SensorChoice
+from warehouse_sim.sensors.view import SensorView
+
+_KEPT_CLEAR = 2.6
+"""Least distance from the camera to what is put before the pallet (m): it is passed by nobody before it leaves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What the truck's camera read, and the ground truth behind it."""
+
+    scene_index: int
+    camera: PinholeCamera
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth: Float32[np.ndarray, "h w"]
+    instance_mask: Int32[np.ndarray, "h w"]
+
+
+Relight = Callable[[SceneSpec], SceneSpec]
+"""Return a scene in the wanted light, its viewpoints exposed for what they see."""
+
+
+class LiveScene:
+    """One scene in one light before one camera.
+
+    Args:
+        recipe: Its rig is the truck's.
+        sampled: The scene.
+        renderer: Draws; the scene is loaded into it here.
+        light: Preset of the light; the other settings are the recipe's own.
+        sensor: Model or preset of the depth camera, "own" for what the recipe draws.
+        hidden: The scene with what hides the pallet at first, None where nothing does.
+        hidden_for: Way (m) after which that is gone.
+    """
+
+    def __init__(
+        self,
+        recipe: Recipe,
+        sampled: SampledScene,
+        renderer: Renderer,
+        light: str,
+        sensor: str,
+        hidden: SceneSpec | None = None,
+        hidden_for: float = 0.0,
+    ) -> None:
+        self._camera = recipe.sensors.make_camera()
+        self._stage = Stage(renderer, self._camera)
+        self.choice = choice_of(recipe, sampled, sensor)
+        rig = replace(recipe.sensors, rgbd=self.choice.rgbd, lidar=None, lidars={}, right=None, imu=None, more={})
+        self._sensor = rig.mounted()[CAMERA]
+        self._scenes = [self._prepared(recipe, sampled, sampled.scene, light)]
+        self._hidden_for = hidden_for if hidden is not None else 0.0
+        if hidden is not None:
+            self._scenes.append(self._prepared(recipe, sampled, hidden, light))
+
+    def shoot(self, viewpoint: Viewpoint, driven: float, stream: str) -> Shot:
+        """Return what the camera reads at a place.
+
+        Args:
+            viewpoint: Where the truck stands and how it moves.
+            driven: How far it has come (m).
+            stream: Name of the random stream of this image's noise.
+        """
+        scene, relight = self._scenes[1 if driven < self._hidden_for else 0]
+        (viewpoint,) = relight(replace(scene, viewpoints=(viewpoint,))).viewpoints
+        moment, _ = self._stage.set_up(base_variant(scene, self.choice), 0, viewpoint)
+        buffers = moment.images.seen_from(viewpoint.T_world_camera)
+        view = SensorView(
+            scene=moment.scene,
+            viewpoint=viewpoint,
+            camera=moment.camera,
+            T_camera_sensor=self._sensor.T_camera_sensor(viewpoint),
+            caster=moment.instruments.caster,
+            images=moment.images,
+            readings={},
+            name=CAMERA,
+            film=moment.instruments.sight,
+        )
+        reading = self._sensor.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
+        assert isinstance(reading, RgbdReading)
+        return Shot(scene.scene_index, moment.camera, reading.rgb, reading.depth, buffers.instance_mask)
+
+    def _prepared(
+        self, recipe: Recipe, sampled: SampledScene, scene: SceneSpec, light: str
+    ) -> tuple[SceneSpec, Relight]:
+        caster = RayCaster(scene)
+        settings = overlaid(sampled.settings.lights, {"preset": light}, f"{recipe.name}: lights")
+
+        def relight(dark: SceneSpec) -> SceneSpec:
+            return light_scene(dark, settings, caster, self._camera, sampled.stream("lighting"))
+
+        return relight(replace(scene, viewpoints=scene.viewpoints[:1])), relight
+
+
+def choice_of(recipe: Recipe, sampled: SampledScene, sensor: str) -> SensorChoice:
+    """Return the RGB-D camera of a scene with one of the depth models in place of its own, its unit drawn as usual."""
+    own = recipe.sensors.sample_sensor(sampled.stream("sensor"))
+    if sensor == "own":
+        return own
+    model = PRESETS[sensor] if sensor in PRESETS else MODELS[sensor]()
+    return SensorChoice(sensor, replace(own.rgbd, depth=model.sampled(sampled.stream("sensor"))))
+
+
+def hidden_scene(
+    recipe: Recipe, sampled: SampledScene, view: Viewpoint, target: int, visible: tuple[float, float], stream: str
+) -> tuple[SceneSpec | None, str]:
+    """Return the scene with something before a pallet, so that no more than is requested is seen, or why there is none.
+
+    Args:
+        recipe: Of the scene.
+        sampled: The scene.
+        view: The first view; it stays where it is.
+        target: Instance id of the pallet.
+        visible: Least and greatest visible fraction.
+        stream: Name of the random stream.
+    """
+    first = replace(view, target=target, sequence=0)
+    scene = replace(sampled.scene, viewpoints=(first,))
+    evaluated = VisibleFractions((FractionRange(*visible),))
+    config = OcclusionConfig(evaluated, kinds=("traffic", "load"), tries=24, camera_clearance=_KEPT_CLEAR)
+    rng = scene_rng(scene.seed, scene.scene_index, stream)
+    found, report = request_views(scene, sampled.settings, recipe.sensors.make_camera(), config, RayCaster(scene), rng)
+    (outcome,) = report.requests
+    return (None, outcome.reason) if outcome.reason else (found, "")
+
 
 _LEAST_PIXELS = 32
 """As estimators ask of a dataset's ground-truth masks."""

@@ -7,25 +7,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
-from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Perceive
+from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS, Approach, Perceive
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row, Setting, episode, way_is_free
-from warehouse_sim.benchmark.docking.closed_loop.live import LiveScene, hidden_scene
-from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle, Seen
-from warehouse_sim.benchmark.docking.closed_loop.settings import Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.perceive import LiveScene, Oracle, Seen, hidden_scene
+from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, Condition, DriveConfig
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
-from warehouse_sim.benchmark.docking.kept_rows import Kept
+from warehouse_sim.benchmark.docking.record import Kept
 from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.entrants.ways import Way, way_of
+from warehouse_sim.benchmark.rows.simulated import Drive
+from warehouse_sim.benchmark.suite import ApproachConfig
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
-from warehouse_sim.errors import PlacementError
+from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
 from warehouse_sim.estimators.detections import open_stages
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
 
@@ -216,3 +219,31 @@ class Runner:
 
 def _mesh_of(meshes: Mapping[bool, TriangleMesh], obj_id: int, even: bool) -> TriangleMesh:
     return meshes[even]
+
+
+def drives(config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str, Any], out: Path) -> Iterator[Drive]:
+    """Yield how each episode ended, of the ground truth first; what was driven before is taken from ``out``.
+
+    Args:
+        config: Recipes, levels and how many starts.
+        ways: Who estimates besides the ground truth.
+        inputs: What else the answers of each depend on.
+        out: Folder.
+
+    Raises:
+        ConfigError: There is no such level.
+        PlacementError: A recipe leaves no clearance for a truck.
+    """
+    if strange := [name for name in config.levels if name not in CONDITIONS]:
+        raise ConfigError(f"approach: levels: {strange[0]!r} is none; known: {', '.join(CONDITIONS)}")
+    levels = [CONDITIONS[name] for name in config.levels]
+    kept = Kept(out / "episodes.jsonl")
+    with open_renderer("raster") as renderer:
+        for recipe in config.recipes:
+            runner = Runner(recipe, config.seed, (ORACLE, *ways), levels, renderer, kept, ways=ways, inputs=inputs)
+            for row in runner.rows(config.episodes):
+                if row["outcome"] != LEFT_OUT:
+                    ended = row["outcome"]
+                    yield Drive(
+                        row["method"], recipe, row["condition"], row["scene"], ended == "docked", ended in ABORTS
+                    )
