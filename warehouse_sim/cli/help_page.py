@@ -86,8 +86,8 @@ def page(command: Command, parser: argparse.ArgumentParser, whole: bool) -> str:
     if folded := {action.option_strings[0].split(".")[0] for action in options if action not in shown}:
         lines += ["", "settings of parts, listed by --help-all:"]
         for part in sorted(folded):
-            names = [action.option_strings[0].split(".", 1)[1] for action in options if _is_of(action, part)]
-            lines += _row(f"{part}.*", ", ".join(names), width)
+            inner = [action.option_strings[0].split(".", 1)[1] for action in options if _is_of(action, part)]
+            lines += _row(f"{part}.*", ", ".join(inner), width)
     return "\n".join([*lines, "", "examples:", *(f"  warehouse-sim {example}" for example in command.examples)])
 
 

@@ -165,7 +165,8 @@ def plan_dataset(recipe: Recipe, config: GenerateConfig) -> DatasetPlan:
         dataset_format(name).reject(manifest)
     if recipe.split.stratify:
         features = _features(recipe, config, manifest.scenes)
-        manifest = replace(manifest, splits=dict(split_scenes(manifest.scenes, recipe.split, features)))
+        splits = split_scenes(manifest.scenes, recipe.split, features)
+        manifest = replace(manifest, splits={name: indices for name, indices in splits.items()})
     return DatasetPlan(manifest, models, camera)
 
 
@@ -187,7 +188,7 @@ def draft_manifest(recipe: Recipe, config: GenerateConfig) -> Manifest:
         seed=config.seed,
         scenes=scenes,
         observations_per_scene=recipe.scene.observations_per_scene * len(recipe.paired_variants.names()),
-        splits=dict(split_scenes(scenes, recipe.split)),
+        splits={name: indices for name, indices in split_scenes(scenes, recipe.split).items()},
         formats=tuple(config.formats),
         targets=recipe.scene.targets,
         recipe=plain,
