@@ -1,4 +1,4 @@
-"""Errors of detections that ground-truth masks lack: wrong outlines, neighbours, boxes, wrong names.
+"""Errors of what an estimator is given: outlines, neighbours, boxes, names; calibration, registration, pitch.
 
 Each is a function of an image with ground-truth masks and a random stream, and none is what training uses.
 """

@@ -31,8 +31,7 @@ from warehouse_sim.evaluation.errors.pose_error import (
     translation_error,
 )
 from warehouse_sim.evaluation.errors.surface import ErrorModels, ErrorPoints
-from warehouse_sim.evaluation.illuminance import Place
-from warehouse_sim.evaluation.pairing import Pair, pair_up
+from warehouse_sim.evaluation.pairing import Pair, Place, pair_up
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
 

@@ -1,4 +1,4 @@
-"""Which estimate answers for which ground truth, over all images of a split."""
+"""Which estimate answers for which ground truth: the rules of the BOP localisation task, over all images of a split."""
 
 import math
 from collections import defaultdict
@@ -11,9 +11,11 @@ from jaxtyping import Bool, Float, Int
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, mssd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.illuminance import Place
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
+
+Place = tuple[int, int, int]
+"""Scene id, image id, instance id."""
 
 
 def match(

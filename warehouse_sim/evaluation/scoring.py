@@ -1,7 +1,7 @@
 """From two files to a score: a predictions CSV against one split of a dataset folder."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,22 +9,20 @@ import numpy as np
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.object_gt import geometry_problems
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores
 from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.illuminance import target_illuminance
 from warehouse_sim.evaluation.measure import measure
-from warehouse_sim.evaluation.scored_estimates import ScoredEstimates
+from warehouse_sim.evaluation.pairing import Place
+from warehouse_sim.evaluation.scored_estimates import ScoredEstimates, require_scorable
 from warehouse_sim.evaluation.scores import WITHOUT_ACCESSIBILITY, WITHOUT_CAD, ScoreConfig, Scores
 from warehouse_sim.evaluation.summary import split_groups, summarise
 from warehouse_sim.evaluation.trust import trust_of
-from warehouse_sim.evaluation.units import check_unit
-from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -56,16 +54,12 @@ def evaluate(
     config = config or ScoreConfig()
     reader = data if isinstance(data, DatasetReader) else DatasetReader(data)
     images = reader.images(split)
-    _require_poses(images, split, reader.root)
-    _require_places(images, split, reader.root)
+    require_scorable(images, split, reader.root)
     given = ScoredEstimates.of(predictions)
     estimates = given.estimates
-    _check_places(given, images, set(reader.objects), f"split {split!r} of {reader.root}")
-    check_unit(estimates, images, given.name)
-    _check_geometry(images, reader.objects, reader.root)
-    _check_in_front(given, reader.objects)
+    given.check(images, split, reader)
     standings = Standings.of(reader, images)
-    table = measure(estimates, images, reader.objects, config.measure, target_illuminance(reader, images), standings)
+    table = measure(estimates, images, reader.objects, config.measure, _illuminance(reader, images), standings)
     if len(table) == 0:
         raise EvaluationError(
             f"{reader.root}: split {split!r} has no ground truth that is visible enough to count; "
@@ -148,75 +142,6 @@ def _without_accessibility(table: ErrorTable) -> dict[str, str]:
     return WITHOUT_ACCESSIBILITY if bool((table.has_pockets & (table.verdict == "")).any()) else {}
 
 
-def _require_poses(images: Sequence[ImageRecord], split: str, data: Path) -> None:
-    if images and not any(target.has_pose for image in images for target in image.targets):
-        masks = sum(len(image.targets) for image in images)
-        raise EvaluationError(
-            f"{data}: split {split!r} has no poses to score against: {len(images)} images, {masks} bare masks; "
-            "predict and inspect take it, evaluate needs labels such as those of a BOP folder"
-        )
-
-
-def _require_places(images: Sequence[ImageRecord], split: str, data: Path) -> None:
-    """Reject images that estimates, which name scene and image only, cannot distinguish."""
-    twice = [place for place, count in Counter((item.scene_id, item.image_id) for item in images).items() if count > 1]
-    if twice:
-        raise EvaluationError(
-            f"{data}: scene {twice[0][0]} image {twice[0][1]} is in several splits of {split!r}; score one split"
-        )
-
-
-def _check_places(given: ScoredEstimates, images: Sequence[ImageRecord], objects: set[int], where: str) -> None:
-    known = {(image.scene_id, image.image_id) for image in images}
-    for number, estimate in enumerate(given.estimates):
-        if (estimate.scene_id, estimate.image_id) not in known:
-            raise EvaluationError(
-                f"{given.place(number)}: scene {estimate.scene_id} image {estimate.image_id} is not in {where}; "
-                "check --split and --data"
-            )
-        if estimate.obj_id not in objects:
-            raise EvaluationError(f"{given.place(number)}: object {estimate.obj_id} is not in {where}; check --data")
-
-
-def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectInfo], data: Path) -> None:
-    """Reject scores by an object's numbers that its own mesh contradicts, and by a ground truth that no camera sees."""
-    labelled, path = {target.obj_id for image in images for target in image.targets}, DatasetLayout(data).objects
-    if labelled - set(objects):
-        raise EvaluationError(
-            f"{path}: lacks the labelled objects {sorted(labelled - set(objects))}; "
-            "run warehouse-sim validate on the dataset"
-        )
-    for obj_id in sorted(labelled):
-        problems = geometry_problems(objects[obj_id])
-        if problems:
-            raise EvaluationError(f"{path}: {obj_id}: {problems[0]}; run warehouse-sim validate on the dataset")
-    for image in images:
-        for target in image.targets:
-            T, info = target.T_camera_object, target.info(objects)
-            around = bool(np.all(np.abs(invert(T)[:3, 3]) < info.size / 2.0))
-            if around or _behind(T, info):
-                raise EvaluationError(
-                    f"{data}: scene_gt.json of {image.split} scene {image.scene_id}: image {image.image_id}: "
-                    f"target {target.gt_index} is {'around' if around else 'behind'} the camera; "
-                    "run warehouse-sim validate on the dataset"
-                )
-
-
-def _check_in_front(given: ScoredEstimates, objects: Mapping[int, ObjectInfo]) -> None:
-    """Reject estimates of which nothing lies in front of the camera."""
-    for number, estimate in enumerate(given.estimates):
-        if _behind(estimate.T_camera_object, objects[estimate.obj_id]):
-            raise EvaluationError(
-                f"{given.place(number)}: the object is behind the camera, "
-                f"z = {1000.0 * estimate.T_camera_object[2, 3]:.6g} mm; poses have z forward, in the frame of OpenCV"
-            )
-
-
-def _behind(T_camera_object: Transform, info: ObjectInfo) -> bool:
-    """Say whether no corner of the object's box has z > 0; the centre of a near object can lie beside the camera."""
-    return bool(T_camera_object[2, 3] + np.abs(T_camera_object[2, :3]) @ info.size / 2.0 <= 0.0)
-
-
 def _counts(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], table: ErrorTable) -> dict[str, int]:
     return {
         "scenes": len({image.scene_id for image in images}),
@@ -231,3 +156,19 @@ def _counts(estimates: Sequence[PoseEstimate], images: Sequence[ImageRecord], ta
 def _seconds_per_image(estimates: Sequence[PoseEstimate]) -> float | None:
     times = {(item.scene_id, item.image_id): item.time for item in estimates if item.time >= 0.0}
     return round(float(np.mean(list(times.values()))), 6) if times else None
+
+
+def _illuminance(reader: DatasetReader, images: Sequence[ImageRecord]) -> dict[Place, float]:
+    """Return the mean illuminance (lx) of the visible surface of each target that the dataset holds it for.
+
+    A dataset made elsewhere has no scene records; its targets are left out.
+    """
+    layout, found = DatasetLayout(reader.root), dict[Place, float]()
+    for scene_id in sorted({image.scene_id for image in images}):
+        if not layout.scene_record(scene_id).is_file():
+            continue
+        for image_id, observation in enumerate(read_scene_record(reader.root, scene_id).observations):
+            for target in observation.targets:
+                if target.illuminance is not None:
+                    found[scene_id, image_id, target.instance_id] = target.illuminance
+    return found

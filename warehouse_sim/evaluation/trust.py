@@ -1,4 +1,4 @@
-"""What an estimator's uncertainty is worth, as it stands in a score: ranking, risk, and how often its bound holds."""
+"""What an estimator's uncertainty is worth: ranking, risk by coverage, and how often its bound holds."""
 
 from dataclasses import dataclass
 from typing import Any

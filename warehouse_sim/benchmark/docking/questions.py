@@ -1,4 +1,4 @@
-"""What the simulation is evaluated: an estimate of a pallet in a scene, from the face that a truck stands before."""
+"""What the simulated truck is sent to: an estimate of a pallet in a scene, or the ground truth with a known error."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""The results of both judges for one pose, computed once."""
+"""What both judges say of a question, asked once and kept line by line."""
 
 import hashlib
 import json

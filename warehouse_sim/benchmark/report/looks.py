@@ -1,4 +1,4 @@
-"""The colour and mark of each estimator in all charts of a result; references are grey."""
+"""How everybody of a result looks and is named in all of its charts: one colour and mark each, references in grey."""
 
 import re
 from collections.abc import Sequence

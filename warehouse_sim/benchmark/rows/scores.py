@@ -1,4 +1,4 @@
-"""Rows of a result made of scores: fractions of every group and metric, and accuracy over threshold."""
+"""Rows of a result made of scores: fractions of every group and metric, accuracy over threshold, spread of errors."""
 
 from collections.abc import Iterator
 

@@ -15,7 +15,7 @@ from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
-from warehouse_sim.evaluation.illuminance import Place
+from warehouse_sim.evaluation.pairing import Place
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 from warehouse_sim.schema import FREE, UNDER_A_STACK, PalletFace

@@ -1,4 +1,4 @@
-"""Pose errors up to symmetry: ADD, ADD-S, MSSD, rotation and translation.
+"""Pose errors up to symmetry: ADD, ADD-S, MSSD, MSPD, rotation and translation.
 
 Everything is computed from ``T_object_estimated``, the place that an estimate gives to the object as seen from the true
 object: the identity for a perfect estimate. Lengths do not depend on the frame, and numbers near the origin keep the
