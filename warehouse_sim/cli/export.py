@@ -1,5 +1,6 @@
 """``warehouse-sim export``: a trained network becomes an ONNX file."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -31,7 +32,7 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
 
     folder = model_dir(run)
     require_ending("--out", out, ".onnx")
-    others = {
+    others: dict[str, Callable[[Path, Path], float]] = {
         "detector": export_detector,
         "rtdetr": partial(export_detector, opens=RtdetrRun),
         "segmenter": export_segmenter,

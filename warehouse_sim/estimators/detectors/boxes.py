@@ -53,6 +53,10 @@ class BoxRun(RunConfig):
     train: BoxTrainingConfig
     """How it was trained."""
 
+    @abstractmethod
+    def make_network(self) -> BoxNetwork:
+        """Return the network with fresh weights."""
+
 
 CONSIDERED = 1000
 """Of more boxes, those with the best scores."""

@@ -10,7 +10,7 @@ import torch
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.preparation import Prepared, prepare
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, TrainableOnImages
 from warehouse_sim.estimators.detectors.task import BoxTask
 from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.samples.order import GroupedOrder
@@ -36,6 +36,7 @@ class BoxJob(TrainingJob):
     def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:
         """Read the samples."""
         assert isinstance(self.config, AnyDetectorConfig)
+        assert isinstance(self.method, TrainableOnImages)
         return prepare(readers, self.method.reads, self.config, self.cache_dir, progress)
 
     def start(self, progress: Progress | None = None) -> Started:

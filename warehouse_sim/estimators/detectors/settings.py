@@ -6,8 +6,9 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig
+from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig, Reads
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 Labels = Literal["class", "object"]
@@ -71,3 +72,10 @@ class AnyDetectorConfig(BoxTrainingConfig):
     def defaults(self) -> Self:
         """Return the settings of whoever names none, to go on with a run; the name says whose depth is seen."""
         return type(self)(depth_source=self.depth_source)
+
+
+@dataclass(frozen=True)
+class TrainableOnImages(TrainableNetwork):
+    """A detector by what it reads of images."""
+
+    reads: Reads = ("depth",)

@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig
-from warehouse_sim.estimators.images.settings import Reads
-from warehouse_sim.learning.trainable import TrainableNetwork
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, TrainableOnImages
 from warehouse_sim.ranges import Range, ranged
 
 RtdetrSize = Literal["tiny", "r18", "r34", "r50"]
@@ -46,10 +44,9 @@ class RtdetrConfig(AnyDetectorConfig):
 
 
 @dataclass(frozen=True)
-class TrainableRtdetr(TrainableNetwork):
+class TrainableRtdetr(TrainableOnImages):
     """An RT-DETR by what it reads."""
 
-    reads: Reads = ("depth",)
     settings: RtdetrConfig = RtdetrConfig()
 
     job: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.train:RtdetrJob"

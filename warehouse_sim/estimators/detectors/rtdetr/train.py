@@ -180,6 +180,7 @@ class RtdetrJob(BoxJob):
 
     def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
         """Copy weights of another run, or of the library, and say how many fitted."""
+        assert isinstance(started.task, RtdetrTask)
         begun, remark = start_from(init, started.task.network)
         log.note(remark)
         return begun

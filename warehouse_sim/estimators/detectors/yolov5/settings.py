@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig
-from warehouse_sim.estimators.images.settings import Reads
-from warehouse_sim.learning.trainable import TrainableNetwork
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, TrainableOnImages
 from warehouse_sim.ranges import Range, ranged
 
 DetectorSize = Literal["pico", "nano", "small"]
@@ -44,10 +42,9 @@ class DetectorConfig(AnyDetectorConfig):
 
 
 @dataclass(frozen=True)
-class TrainableDetector(TrainableNetwork):
+class TrainableDetector(TrainableOnImages):
     """A detector by what it reads."""
 
-    reads: Reads = ("depth",)
     settings: DetectorConfig = DetectorConfig()
 
     job: ClassVar[str] = "warehouse_sim.estimators.detectors.yolov5.train:DetectorJob"
