@@ -74,6 +74,8 @@ _PUBLIC = {
 """Where each public name is imported from when it is first used."""
 _EXTRA = dict.fromkeys(("Camera", "Recipe", "Rig", "Scene", "Writer", "generate", "recipe"), "generate")
 """Names whose module cannot be imported without an extra of this package."""
+_GUESSES = dict.fromkeys(("load", "load_dataset", "open", "read"), "Dataset") | {"load_recipe": "recipe"}
+"""What people write who do not know the names."""
 
 
 if not TYPE_CHECKING:  # to whom every other name is an error
@@ -81,7 +83,8 @@ if not TYPE_CHECKING:  # to whom every other name is an error
     def __getattr__(name: str) -> Any:
         """Import a public name when it is first used (PEP 562)."""
         if name not in _PUBLIC:
-            raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}")
+            meant = f"; use warehouse_sim.{_GUESSES[name]}" if name in _GUESSES else ""
+            raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}{meant}", name=name)
         if name in _EXTRA:
             require_extra(_EXTRA[name], f"for warehouse_sim.{name}")
         return getattr(import_module(_PUBLIC[name]), name)

@@ -57,11 +57,19 @@ class UnknownNameError(WarehouseSimError):
 
 
 def nearest(name: str, known: Sequence[str]) -> list[str]:
-    """Return the known name that is most like another one, the first by the alphabet of several; none if none is."""
-    found = difflib.get_close_matches(str(name)[:_LONGEST], known, 6)
-    ratio = {item: difflib.SequenceMatcher(None, item, str(name)[:_LONGEST]).ratio() for item in found}
-    best = [item for item in found if ratio[item] == max(ratio.values())]
+    """Return the known name that is most like another one, the first by the alphabet of several; none if none is.
+
+    Capitals count for nothing, and "-" and " " are "_": OS1-64 is os1_64.
+    """
+    meant, plain = _plain(str(name)[:_LONGEST]), {_plain(item): item for item in known}
+    found = difflib.get_close_matches(meant, plain, 6)
+    ratio = {item: difflib.SequenceMatcher(None, item, meant).ratio() for item in found}
+    best = [plain[item] for item in found if ratio[item] == max(ratio.values())]
     return [min(best)] if best else []
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("-", "_").replace(" ", "_")
 
 
 def _listed(name: str, known: Sequence[str]) -> str:

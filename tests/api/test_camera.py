@@ -35,7 +35,8 @@ def test_pixels_that_are_not_square() -> None:
 @pytest.mark.parametrize(
     ("settings", "error", "words"),
     [
-        (dict(preset="d453"), UnknownNameError, ["ws.Camera", "'d453'", "kitti"]),
+        (dict(preset="d453"), UnknownNameError, ["unknown camera 'd453'", "kitti"]),
+        (dict(preset="D435"), UnknownNameError, ["unknown camera 'D435' (did you mean 'd435'?)"]),
         (dict(preset=5), InputError, ["Camera", "preset", "5"]),
         (dict(widht=640), InputError, ["width"]),
         (dict(width=0, height=480, focal_px=500), ConfigError, ["ws.Camera: camera", "width", "16-8,192"]),

@@ -24,8 +24,14 @@ def test_there_are_at_most_twenty() -> None:
 def test_each_is_what_it_is_called() -> None:
     for name in NAMES:
         assert getattr(ws, name).__name__ == name
-    with pytest.raises(AttributeError, match="no attribute 'load_recipe'"):
-        ws.load_recipe  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'nothing'$"):
+        ws.nothing  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_a_usual_guess_is_answered_with_the_name() -> None:
+    assert set(ws._GUESSES.values()) <= set(NAMES)
+    with pytest.raises(AttributeError, match=r"no attribute 'load'; use warehouse_sim.Dataset$"):
+        ws.load  # type: ignore[attr-defined]  # noqa: B018
 
 
 def test_importing_loads_nothing_heavy() -> None:

@@ -1,4 +1,4 @@
-"""Check the arguments of a public name: what does not fit its annotations is an error that says what does."""
+"""Check the arguments of a public name: what does not fit is an error that says what does."""
 
 import inspect
 import sys
@@ -13,6 +13,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import InputError, shown
 from warehouse_sim.ranges import range_of
 from warehouse_sim.signature import bind
@@ -44,6 +45,23 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         return function(*args, **kwargs)
 
     return call
+
+
+def settings_of(default: T, given: Mapping[str, Any], where: str) -> T:
+    """Return settings with some of them given by name, as options are on the command line.
+
+    Args:
+        default: All settings.
+        given: Values by name; settings within settings are mappings or settings themselves.
+        where: What takes them, for messages.
+
+    Raises:
+        ConfigError: There is no such setting, or a value does not fit.
+    """
+    plain = {
+        name: to_mapping(value.item() if isinstance(value, np.generic) else value) for name, value in given.items()
+    }
+    return from_mapping(type(default), to_mapping(default) | plain, where)
 
 
 def fits(value: Any, hint: Any) -> bool:

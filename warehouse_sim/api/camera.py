@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig, camera_settings, read_camera_file
 
@@ -119,10 +118,7 @@ class Camera:
         return {key: plain[key] for key in ("camera", "rgbd")}
 
     def _take(self, preset: str | None, own: Mapping[str, Any], depth: str | None, where: str) -> None:
-        try:
-            sensors = camera_settings(preset, own, depth)
-        except UnknownNameError as problem:
-            raise UnknownNameError(f"{where}: {problem.kind}", problem.name, problem.known) from problem
+        sensors = camera_settings(preset, own, depth)
         self.name = preset or ""
         """Name of the preset; empty for a camera of its own numbers."""
         self.rig = from_mapping(RigConfig, {**sensors, "lidar": None, "imu": None}, where)

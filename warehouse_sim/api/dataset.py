@@ -2,7 +2,6 @@
 
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -11,7 +10,9 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 import numpy as np
 
 from warehouse_sim.api.arguments import checked
+from warehouse_sim.api.estimates import chosen_split, estimates_of, method_name, require_split, scores_of
 from warehouse_sim.api.observation import Observation
+from warehouse_sim.api.torch_fields import torch_view
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, is_dataset
@@ -119,12 +120,7 @@ class Dataset(Sequence[Observation]):
         Raises:
             DatasetError: There is no such split.
         """
-        if name not in self._reader.splits:
-            meant = get_close_matches(name, list(self.splits), 1)
-            hint = f"did you mean {meant[0]!r}? " if meant else ""
-            raise DatasetError(
-                f"{self.path}: there is no split {shown(name)}; {hint}there are {', '.join(self.splits)}"
-            )
+        require_split(self, name)
         names = (name,) if name in self._reader.parts else ("train", "val")
         return self._part([place for place, image in enumerate(self._images) if image.split in names])
 
@@ -150,8 +146,6 @@ class Dataset(Sequence[Observation]):
             InputError: There is no such field.
             MissingPackageError: torch is not installed.
         """
-        from warehouse_sim.api.torch_fields import torch_view
-
         return torch_view(self, fields or ("rgb", "depth", "poses"))
 
     @checked
@@ -178,9 +172,9 @@ class Dataset(Sequence[Observation]):
         Returns:
             The scores: ``scores["overall"]["metrics"]["add_10pct"]``, as in ``scores.json``.
         """
-        from warehouse_sim.api.scoring import predict_and_score
-
-        return predict_and_score(estimator, self, split, out, bop, vsd, settings)
+        chosen = chosen_split(self, split)
+        estimates = estimates_of(self, estimator, chosen, settings)
+        return scores_of(self, estimates, chosen, out, bop, vsd, method_name(estimator))
 
     @property
     def scored(self) -> DatasetReader:

@@ -51,6 +51,7 @@ class Rig:
             settings["lidar"] = lidar
         self.config = from_mapping(RigConfig, settings, "ws.Rig")
         """The sensors as the strict reader has them."""
+        self._lidar = lidar
         kind = None if on is None else carried_by(on)
         self.viewpoints: dict[str, Any] = {} if kind is None else {"kind": kind}
         """What a recipe's ``scene.viewpoints`` says of it."""
@@ -59,7 +60,8 @@ class Rig:
 
     def __repr__(self) -> str:
         camera, lidar = self.config.make_camera(), self.config.lidar
-        parts = [f"camera {camera.width} x {camera.height} px", *([] if lidar is None else [f"LiDAR {lidar.model}"])]
+        parts = [f"camera {camera.width} x {camera.height} px"]
+        parts += [] if lidar is None else [f"LiDAR {self._lidar or lidar.model}"]
         parts += [f"{key} {value}" for key, value in self.viewpoints.items()]
         return f"<Rig {', '.join(parts)}>"
 

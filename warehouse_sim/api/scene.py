@@ -4,15 +4,17 @@ import logging
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, overload
+from typing import Annotated, Any, cast, overload
 
 import numpy as np
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.camera import Camera
+from warehouse_sim.api.observation import Observation
 from warehouse_sim.api.recipe import Light, Recipe
 from warehouse_sim.api.rig import Rig
-from warehouse_sim.api.shot import Shot
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.streamed import ObservedDataset
 from warehouse_sim.errors import InputError
 from warehouse_sim.generation import hand_made
 from warehouse_sim.generation import recipe as generation_recipe
@@ -28,6 +30,26 @@ Degrees = Annotated[float, Range(-360, 360, "deg")]
 Point = tuple[float, float, float]
 
 _log = logging.getLogger(__name__)
+
+
+class Shot(Observation):
+    """What ``Scene.render`` returns: all that ``ws.Dataset`` yields, before it is stored.
+
+    Args:
+        take: What was observed, and in which scene.
+    """
+
+    def __init__(self, take: hand_made.Take) -> None:
+        self.take = take
+        """What ``ws.Writer`` stores."""
+        dataset = ObservedDataset(take.observation, hand_made.labelled_models(take))
+        # It has all of a reader that an observation asks for.
+        self._reader = cast(DatasetReader, dataset)
+        self._image = dataset.record
+
+    def __repr__(self) -> str:
+        camera, count = self.camera, len(self._image.targets)
+        return f"<Shot {camera.width} x {camera.height} px, {count} object{'' if count == 1 else 's'}>"
 
 
 class Scene:

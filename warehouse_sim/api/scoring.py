@@ -1,24 +1,18 @@
 """From an estimator over its predictions to scores and a page that shows them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset, as_dataset
-from warehouse_sim.api.settings import settings_of
-from warehouse_sim.dataset.reader import ALL
+from warehouse_sim.api.estimates import Estimator, Progress, chosen_split, estimates_of, scores_of
 from warehouse_sim.dataset.results import predictions as prediction_file
-from warehouse_sim.errors import DatasetError, InputError
+from warehouse_sim.errors import InputError
 from warehouse_sim.evaluation import Scores, write_scores
-from warehouse_sim.evaluation import evaluate as score
 from warehouse_sim.optional import require_extra
 from warehouse_sim.schema import PoseEstimate
-
-_TEST = "test"
-Estimator = str | Path | Callable[..., Any] | object
-"""A name, a run folder, "file.py:Class", "module:Class", an object with ``estimate(image)``, or a function."""
 
 
 @checked
@@ -28,7 +22,7 @@ def predict(
     out: str | Path | None = None,
     split: str | None = None,
     pictures: str | Path | None = None,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Progress | None = None,
     **settings: Any,
 ) -> list[PoseEstimate]:
     """Estimate the poses of a split.
@@ -58,13 +52,8 @@ def predict(
         UnknownNameError: No estimator has that name.
         DatasetError: The folder is no dataset, or has no such split.
     """
-    require_extra("learn", "to predict")
-    from warehouse_sim.estimators.predict import predict as estimate
-    from warehouse_sim.estimators.settings import PredictConfig
-
     opened = as_dataset(data)
-    config = settings_of(PredictConfig(), settings, "predict")
-    estimates = estimate(estimator, opened.scored, named_split(opened, split), config, progress, pictures)
+    estimates = estimates_of(opened, estimator, chosen_split(opened, split), settings, progress, pictures)
     if out is not None:
         prediction_file.write(Path(out), estimates)
     return estimates
@@ -102,12 +91,7 @@ def evaluate(
         DatasetError: The dataset or the file cannot be read.
     """
     opened = as_dataset(data)
-    if out is not None and Path(out).resolve() == opened.path.resolve():
-        raise InputError(f"{out} is the folder of the dataset; name another one for the scores")
-    scores = score(predictions, opened.scored, named_split(opened, split), None, method, bop, vsd)
-    if out is not None:
-        write_scores(scores, out)
-    return scores
+    return scores_of(opened, predictions, chosen_split(opened, split), out, bop, vsd, method)
 
 
 @checked
@@ -147,42 +131,3 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
                 folder = item.scored.root if isinstance(item, Dataset) else Path(item)
             folders.append(folder)
         return write_report(list(dict.fromkeys(folders)), out)
-
-
-def predict_and_score(
-    estimator: Estimator,
-    data: Dataset,
-    split: str | None,
-    out: str | Path | None,
-    bop: bool,
-    vsd: bool,
-    settings: Mapping[str, Any],
-) -> Scores:
-    """Do what ``Dataset.evaluate`` says."""
-    chosen = named_split(data, split)
-    estimates = predict(estimator, data, split=chosen, **settings)
-    return evaluate(estimates, data, chosen, out, bop, vsd, method_name(estimator))
-
-
-def named_split(data: Dataset, split: str | None) -> str:
-    """Return the split that is meant: without a name the only one, or test, or all where test is empty.
-
-    Raises:
-        DatasetError: There is no such split, or no observation in it.
-    """
-    if split is not None:
-        chosen = data if split == ALL else data.split(split)
-        if not len(chosen):
-            raise DatasetError(f"{data.path}: the split {split!r} has no observations; choose another, or split='all'")
-        return split
-    found = list(dict.fromkeys(obs.split for obs in data))
-    if not found:
-        raise DatasetError(f"{data.path}: there is no observation to look at")
-    return found[0] if len(found) == 1 else _TEST if _TEST in found else ALL
-
-
-def method_name(estimator: Estimator) -> str:
-    """Return how scores name an estimator: its name, the last part of its path, or its function or class."""
-    if isinstance(estimator, (str, Path)):
-        return Path(str(estimator).rpartition(":")[2] or str(estimator)).name
-    return str(getattr(estimator, "__name__", type(estimator).__name__)).strip("<>")

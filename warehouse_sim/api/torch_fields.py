@@ -12,7 +12,6 @@ from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
-    from warehouse_sim.api.dataset import Dataset
     from warehouse_sim.learning.samples.torch_data import TorchData
 
 Array = np.ndarray[Any, Any]
@@ -38,8 +37,8 @@ _OTHERS = ("K", "points", "lidar")
 FIELDS = (*_OF_IMAGE, *_OTHERS, *_OF_OBJECTS)
 
 
-def torch_view(data: "Dataset", fields: Sequence[str]) -> "TorchData":
-    """Return a dataset as one of torch.
+def torch_view(data: Sequence[Observation], fields: Sequence[str]) -> "TorchData":
+    """Return observations as a dataset of torch.
 
     Raises:
         UnknownNameError: There is no such field.

@@ -5,9 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from warehouse_sim.api.arguments import checked
+from warehouse_sim.api.arguments import checked, settings_of
 from warehouse_sim.api.dataset import Dataset
-from warehouse_sim.api.settings import settings_of
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.optional import require_extra

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from warehouse_sim.api.arguments import checked
-from warehouse_sim.api.shot import Shot
+from warehouse_sim.api.scene import Shot
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.split import SplitConfig

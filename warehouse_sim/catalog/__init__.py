@@ -3,27 +3,18 @@
 from functools import cache
 from pathlib import Path
 
-from warehouse_sim.catalog.building import BUILDING, floor_slab, highbay_luminaire, wall
-from warehouse_sim.catalog.clutter import CLUTTER
-from warehouse_sim.catalog.loads import LOADS, carton
+from warehouse_sim.catalog.building import floor_slab, highbay_luminaire, wall
+from warehouse_sim.catalog.custom import load_custom_object
+from warehouse_sim.catalog.loads import carton
 from warehouse_sim.catalog.materials import materials, materials_of
-from warehouse_sim.catalog.pallets import PALLETS, epal1
+from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object
+from warehouse_sim.catalog.pallets import epal1
 from warehouse_sim.catalog.plug_in import require_fitting
-from warehouse_sim.catalog.racks import RACKS, rack_beam, rack_frame
-from warehouse_sim.catalog.traffic import TRAFFIC
+from warehouse_sim.catalog.racks import rack_beam, rack_frame
+from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
 
-SHIPPED = {
-    **dict.fromkeys(PALLETS, "warehouse_sim.catalog.pallets:pallet"),
-    **LOADS,
-    **RACKS,
-    **BUILDING,
-    **TRAFFIC,
-    **CLUTTER,
-}
-"""Name -> builder of the package's own objects. What is sampled by class is sampled from these, whatever is
-installed."""
 CATALOG = Registry("catalog object")
 """Name -> builder: a function that takes the name and returns the ``ObjectModel``."""
 
@@ -54,15 +45,9 @@ def catalog_object(name: str) -> ObjectModel:
         ConfigError: The file does not describe an object, or a plug-in's object does not fit the catalog.
     """
     if name.endswith(".yaml"):
-        # Imported on use: it checks names against this catalog.
-        from warehouse_sim.catalog.custom import load_custom_object
-
         return load_custom_object(Path(name))
-    if "." in name:
-        from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object
-
-        if is_mesh_name(name):
-            return load_mesh_object(name)
+    if is_mesh_name(name):
+        return load_mesh_object(name)
     model: ObjectModel = CATALOG.get(name)(name)
     if name not in SHIPPED:
         require_fitting(name, model)
@@ -71,7 +56,6 @@ def catalog_object(name: str) -> ObjectModel:
 
 __all__ = [
     "CATALOG",
-    "SHIPPED",
     "carton",
     "catalog_names",
     "catalog_object",

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.catalog import SHIPPED
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import read_parts
 from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.config import load_yaml
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox

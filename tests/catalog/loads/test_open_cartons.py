@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import SHIPPED, catalog_object
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.loads.strength import bears
+from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.errors import UnknownNameError
 
 

@@ -1,0 +1,115 @@
+"""Estimates for a split of an open dataset, and their scores.
+
+The stages are imported when they are used, so that to open a dataset loads neither torch nor what scores.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from warehouse_sim.api.arguments import settings_of
+from warehouse_sim.dataset.reader import ALL, DatasetReader
+from warehouse_sim.errors import DatasetError, InputError, shown
+from warehouse_sim.optional import require_extra
+from warehouse_sim.schema import PoseEstimate
+
+if TYPE_CHECKING:
+    from warehouse_sim.evaluation import Scores
+
+_TEST = "test"
+Estimator = str | Path | Callable[..., Any] | object
+"""A name, a run folder, "file.py:Class", "module:Class", an object with ``estimate(image)``, or a function."""
+Progress = Callable[[float, str], None]
+"""Called with the fraction that is done and a note."""
+
+
+class Opened(Protocol):
+    """A dataset that is open, or a part of one."""
+
+    path: Path
+    """Its folder."""
+
+    @property
+    def scored(self) -> DatasetReader:
+        """Its observations alone."""
+        ...
+
+
+def chosen_split(data: Opened, split: str | None) -> str:
+    """Return the split that is meant: without a name the only one, or test, or all where test is empty.
+
+    Raises:
+        DatasetError: There is no such split, or no observation in it.
+    """
+    reader = data.scored
+    if split not in (None, ALL):
+        require_split(data, split)
+    if split is not None and reader.images(split):
+        return split
+    found = [name for name in reader.parts if reader.images(name)]
+    if not found:
+        raise DatasetError(f"{data.path}: there is no observation to look at")
+    if split is not None:
+        have = f"{' and '.join(found)} {'has' if len(found) == 1 else 'have'} some"
+        raise DatasetError(
+            f"{data.path}: the split {split!r} has no observations, {have}; "
+            "choose another split, or split='all' (--split all)"
+        )
+    return found[0] if len(found) == 1 else _TEST if _TEST in found else ALL
+
+
+def require_split(data: Opened, name: str) -> None:
+    """Reject the name of a split that the dataset does not have.
+
+    Raises:
+        DatasetError: There is no such split; the message lists those there are.
+    """
+    splits = list(data.scored.splits)
+    if name not in splits:
+        meant = get_close_matches(name, splits, 1)
+        hint = f"did you mean {meant[0]!r}? " if meant else ""
+        raise DatasetError(f"{data.path}: there is no split {shown(name)}; {hint}there are {', '.join(splits)}")
+
+
+def estimates_of(
+    data: Opened,
+    estimator: Estimator,
+    split: str,
+    settings: Mapping[str, Any],
+    progress: Progress | None = None,
+    pictures: str | Path | None = None,
+) -> list[PoseEstimate]:
+    """Do what ``predict`` says, for a split that there is."""
+    require_extra("learn", "to predict")
+    from warehouse_sim.estimators.predict import predict
+    from warehouse_sim.estimators.settings import PredictConfig
+
+    return predict(estimator, data.scored, split, settings_of(PredictConfig(), settings, "predict"), progress, pictures)
+
+
+def scores_of(
+    data: Opened,
+    predictions: str | Path | Sequence[PoseEstimate],
+    split: str,
+    out: str | Path | None,
+    bop: bool,
+    vsd: bool,
+    method: str | None,
+) -> "Scores":
+    """Do what ``evaluate`` says, for a split that there is."""
+    from warehouse_sim.evaluation import evaluate, write_scores
+
+    if out is not None and Path(out).resolve() == data.path.resolve():
+        raise InputError(f"{out} is the folder of the dataset; name another one for the scores")
+    scores = evaluate(predictions, data.scored, split, None, method, bop, vsd)
+    if out is not None:
+        write_scores(scores, out)
+    return scores
+
+
+def method_name(estimator: Estimator) -> str:
+    """Return how scores name an estimator: its name, the last part of its path, or its function or class."""
+    if isinstance(estimator, (str, Path)):
+        return Path(str(estimator).rpartition(":")[2] or str(estimator)).name
+    return str(getattr(estimator, "__name__", type(estimator).__name__)).strip("<>")
