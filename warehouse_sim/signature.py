@@ -34,7 +34,7 @@ def clear_call(function: Callable[P, R], name: str = "") -> Callable[P, R]:
         try:
             return function(*args, **kwargs)
         except TypeError:
-            bind(signature, name or function.__qualname__, args, kwargs)
+            bind(signature, name or function.__qualname__.removesuffix(".__init__"), args, kwargs)
             raise
 
     return call

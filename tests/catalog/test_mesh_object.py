@@ -30,6 +30,12 @@ def test_a_name_behind_the_path_is_that_of_the_object(tmp_path: Path) -> None:
     assert not is_mesh_name("crate.yaml")
 
 
+@pytest.mark.parametrize("name", ["crate.fbx", "shelf.png#mine"])
+def test_a_file_of_another_kind_is_no_unknown_name(name: str) -> None:
+    with pytest.raises(ConfigError, match=r"an object is no \.\w+ file; known: \.yaml, \.obj"):
+        catalog_object(name)
+
+
 def test_a_yaml_file_beside_it_says_what_it_is(tmp_path: Path) -> None:
     path = write_crate(tmp_path)
     text = "name: bottle_crate\nclass_name: crate\nobj_id: 1010\nfile: crate.glb\nmass: 14\nmaterial: plastic_red\n"

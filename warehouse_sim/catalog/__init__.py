@@ -7,7 +7,7 @@ from warehouse_sim.catalog.building import floor_slab, highbay_luminaire, wall
 from warehouse_sim.catalog.custom import load_custom_object
 from warehouse_sim.catalog.loads import carton
 from warehouse_sim.catalog.materials import materials, materials_of
-from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object
+from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object, reject_other_file
 from warehouse_sim.catalog.pallets import epal1
 from warehouse_sim.catalog.plug_in import require_fitting
 from warehouse_sim.catalog.racks import rack_beam, rack_frame
@@ -42,12 +42,14 @@ def catalog_object(name: str) -> ObjectModel:
 
     Raises:
         UnknownNameError: The name is not registered.
-        ConfigError: The file does not describe an object, or a plug-in's object does not fit the catalog.
+        ConfigError: The file does not describe an object, or is of another kind; a plug-in's object does not fit.
     """
     if name.endswith(".yaml"):
         return load_custom_object(Path(name))
     if is_mesh_name(name):
         return load_mesh_object(name)
+    if name not in SHIPPED and name not in CATALOG.names():
+        reject_other_file(name)
     model: ObjectModel = CATALOG.get(name)(name)
     if name not in SHIPPED:
         require_fitting(name, model)

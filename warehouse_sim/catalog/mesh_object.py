@@ -28,6 +28,17 @@ def is_mesh_name(name: str) -> bool:
     return Path(name.partition("#")[0]).suffix.lower() in SUFFIXES
 
 
+def reject_other_file(name: str) -> None:
+    """Reject a name that is that of a file, but of none that holds an object.
+
+    Raises:
+        ConfigError: It has a suffix.
+    """
+    suffix = Path(name.partition("#")[0]).suffix
+    if suffix and not suffix[1:].isdigit():
+        raise ConfigError(f"{shown(name)}: an object is no {suffix} file; known: .yaml, {', '.join(SUFFIXES)}")
+
+
 def mesh_name(path: str | Path, name: str | None = None) -> str:
     """Return what a recipe writes for a mesh file that is called ``name`` there.
 

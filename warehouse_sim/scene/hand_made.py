@@ -102,12 +102,14 @@ def with_object(
         loose: Whether physics may move it; None leaves it to what it is.
 
     Raises:
-        PlacementError: It would move, but has no mass or no solid body.
+        PlacementError: It would move, but has no mass or no solid body, or nothing is under it.
     """
     model = catalog_object(name)
     moves = is_loose(model) if loose is None else loose
     if moves and not (model.mass > 0.0 and model.collision):
         raise PlacementError(f"{name}: has no mass or no solid body, so that physics cannot move it; leave it fixed")
+    if moves and not any(_is_over(scene, item, x, y) for item in scene.instances):
+        raise PlacementError(f"{name}: nothing is under x = {x:g} m, y = {y:g} m; {_reach(scene)}")
     top, below = support(scene, x, y) if z is None else (0.0, 0)
     height = top + float(model.size[2]) / 2 + (_AIR if moves else 0.0) if z is None else z
     number = max((item.instance_id for item in scene.instances), default=0) + 1
@@ -124,12 +126,23 @@ def support(scene: SceneSpec, x: float, y: float) -> tuple[float, int]:
     """Return height (m) and group of the highest loose object over a point of the floor; 0 and 0 without one."""
     found = 0.0, 0
     for item in scene.instances:
-        if item.dynamic:
-            half = scene.model_of(item).size / 2
-            place = invert(item.T_world_object) @ np.array([x, y, item.T_world_object[2, 3], 1.0])
-            if (np.abs(place[:2]) <= half[:2]).all():
-                found = max(found, (float(item.T_world_object[2, 3] + half[2]), item.group))
+        if item.dynamic and _is_over(scene, item, x, y):
+            found = max(found, (float(item.T_world_object[2, 3] + scene.model_of(item).size[2] / 2), item.group))
     return found
+
+
+def _is_over(scene: SceneSpec, item: ObjectInstance, x: float, y: float) -> bool:
+    """Return whether a point of the floor plan is over the box of an object."""
+    place = invert(item.T_world_object) @ np.array([x, y, item.T_world_object[2, 3], 1.0])
+    return bool((np.abs(place[:2]) <= scene.model_of(item).size[:2] / 2).all())
+
+
+def _reach(scene: SceneSpec) -> str:
+    """Say how far the floor reaches, which is the largest object of any scene."""
+    floor = max(scene.instances, key=lambda item: float(np.prod(scene.model_of(item).size[:2])))
+    half, centre = scene.model_of(floor).size[:2] / 2, floor.T_world_object[:2, 3]
+    (left, near), (right, far) = centre - half, centre + half
+    return f"the floor reaches from x = {left:g} to {right:g} m and from y = {near:g} to {far:g} m"
 
 
 def with_replaced(scene: SceneSpec, old: str, new: str) -> tuple[SceneSpec, int]:

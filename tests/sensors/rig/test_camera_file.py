@@ -69,6 +69,13 @@ def test_yaml_of_a_calibration(text: str, tmp_path: Path) -> None:
     assert read(tmp_path, "camera.yaml", text) == {**PINHOLE, "distortion": BROWN}
 
 
+def test_numbers_without_a_point_as_drivers_write_them(tmp_path: Path) -> None:
+    lens = "distortion: [-1e-01, 2e-2, 1e-05, -5E-04, 0]\n"
+    text = f"width: 640\nheight: 480\nK: {MATRIX}\n{lens}"
+    found = read(tmp_path, "camera.yaml", text)["distortion"]
+    assert found == {"k1": -0.1, "k2": 0.02, "p1": 1e-05, "p2": -5e-04, "k3": 0.0}
+
+
 @pytest.mark.parametrize(
     "lens", [{"type_id": "opencv-matrix", "rows": 1, "cols": 5, "dt": "d", "data": COEFFICIENTS}, [COEFFICIENTS]]
 )

@@ -24,6 +24,8 @@ _BROWNS = ("plumb_bob", "rational_polynomial", "radtan", "brown_conrady", "none"
 _BROWN = ("k1", "k2", "p1", "p2", "k3")
 _COUNTS = (0, 4, 5, 8, 12, 14)
 """Numbers of coefficients that OpenCV's lens model comes with."""
+_BARE_EXPONENT = re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+")
+"""A number as the drivers of ROS write it, which is text in YAML 1.1: 1e-05."""
 _OPENCV = re.compile(r"\A%YAML[: ][^\n]*\n(---[^\n]*\n)?")
 
 
@@ -140,7 +142,7 @@ def _flat(value: Any) -> list[Any]:
         return _flat(value.get("data", [value[key] for key in ("width", "height") if key in value]))
     if isinstance(value, list):
         return [number for item in value for number in _flat(item)]
-    return [value]
+    return [float(value) if isinstance(value, str) and _BARE_EXPONENT.fullmatch(value) else value]
 
 
 def _finite(values: Sequence[Any], where: str) -> Any:
