@@ -24,7 +24,7 @@ def test_there_are_at_most_twenty() -> None:
 def test_each_is_what_it_is_called() -> None:
     for name in NAMES:
         assert getattr(ws, name).__name__ == name
-    with pytest.raises(AttributeError, match="no attribute 'nothing'$"):
+    with pytest.raises(AttributeError, match=r"no attribute 'nothing'$"):
         ws.nothing  # type: ignore[attr-defined]  # noqa: B018
 
 
@@ -53,7 +53,7 @@ def test_type_checkers_import_what_is_imported_at_run_time() -> None:
 def test_the_example_of_each_runs(name: str, smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "out").symlink_to(smoke)
     monkeypatch.chdir(tmp_path)
-    found = doctest.DocTestFinder(recurse=False).find(getattr(ws, name), name, globs={"ws": ws, "np": np})
+    found = doctest.DocTestFinder().find(getattr(ws, name), name, globs={"ws": ws, "np": np})
     examples = [test for test in found if test.examples]
     assert examples, f"{name} has no example in its docstring"
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
