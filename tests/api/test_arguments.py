@@ -55,6 +55,11 @@ def place(x: float, *more: str, lift: Annotated[float, Range(0, 10, "m")] = 0.0,
     return x + lift
 
 
+@checked
+def at(point: tuple[float, float] | Mapping[str, Any]) -> None:
+    return None
+
+
 def test_what_fits_is_passed_on() -> None:
     assert place(1, "a", lift=2) == 3
     assert place.__name__ == "place"
@@ -69,6 +74,8 @@ def test_what_fits_is_passed_on() -> None:
         (lambda: place(1, lfit=2), "did you mean 'lift'?"),
         (lambda: place(1, lift=11.0), "place: lift must be 0-10 m, found 11.0"),
         (lambda: place(float("nan")), "place: x must be finite, found nan"),
+        (lambda: at((1, float("inf"))), "at: point must be finite, found (1, inf)"),
+        (lambda: at("ab"), "at: point must be (a number, a number) or a mapping from text to anything, found 'ab'"),
         (lambda: place(1, on="floor"), "place: on must be a path or None, found 'floor'"),
     ],
 )

@@ -32,6 +32,25 @@ def test_a_dataset_is_written_in_another_format(data: Dataset, tmp_path: Path) -
         convert(data, tmp_path / "other", 3)  # type: ignore[arg-type]
 
 
+def test_a_dataset_is_replaced_on_request_alone(data: Dataset, tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    before = len(Dataset(convert(data, made, "linemod")))
+    (made / "old.txt").write_text("old")
+    with pytest.raises(DatasetError, match="not empty"):
+        convert(data, made, "linemod")
+    for wrong, kind, words in (
+        (lambda: convert(made, made, "coco", overwrite=True), DatasetError, "holds the dataset that is read"),
+        (lambda: convert(made, tmp_path, "coco", overwrite=True), DatasetError, "holds the dataset that is read"),
+        (lambda: convert(data, made, "linemod", resume=True, overwrite=True), InputError, "give one of them"),
+        (lambda: convert(data, made, "cocoo", overwrite=True), UnknownNameError, "did you mean 'coco'"),
+    ):
+        with pytest.raises(kind, match=words):
+            wrong()
+    assert len(Dataset(made)) == before
+    assert len(Dataset(convert(data, made, "linemod", overwrite=True))) == before
+    assert not (made / "old.txt").exists()
+
+
 def test_a_dataset_without_sizes_of_objects_is_not_converted(smoke: Path, tmp_path: Path) -> None:
     (tmp_path / "theirs").symlink_to(smoke / "coco")
     with pytest.raises(DatasetError, match="does not say how large pallet is"):
@@ -40,7 +59,7 @@ def test_a_dataset_without_sizes_of_objects_is_not_converted(smoke: Path, tmp_pa
 
 
 def test_a_folder_that_is_not_there_is_said() -> None:
-    with pytest.raises(DatasetError, match="nowhere: there is no such folder"):
+    with pytest.raises(DatasetError, match="nowhere: is not a folder"):
         validate("nowhere")
     with pytest.raises(InputError, match="data must be"):
         validate(3)  # type: ignore[arg-type]

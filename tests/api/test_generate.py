@@ -6,6 +6,7 @@ import pytest
 
 import warehouse_sim as ws
 from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.errors import ConfigError, DatasetError, InputError, UnknownNameError
 
 
@@ -21,6 +22,18 @@ def test_python_writes_the_bytes_of_the_command(tmp_path: Path) -> None:
     assert files(tmp_path / "python") == files(tmp_path / "command")
     assert isinstance(data, ws.Dataset)
     assert len(data) == 4
+
+
+@pytest.mark.gl
+def test_a_dataset_is_replaced_on_request_alone(tmp_path: Path) -> None:
+    done: list[tuple[int, int]] = []
+    first = ws.generate("smoke", tmp_path, scenes=1, formats="bop", progress=lambda *counts: done.append(counts))
+    assert done == [(0, 1), (1, 1)]
+    with pytest.raises(DatasetError, match=r"not empty.*overwrite=True"):
+        ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop")
+    second = ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop", overwrite=True)
+    assert (first.path, len(second)) == (second.path, 2)
+    assert read_manifest(tmp_path).seed == 1
 
 
 @pytest.mark.gl
@@ -44,6 +57,8 @@ def test_a_recipe_of_python_and_its_file_give_the_same_data(tmp_path: Path) -> N
         (lambda out: ws.generate("smoke", out, scenes=1.5), InputError, ["scenes", "whole number", "1.5"]),
         (lambda out: ws.generate("smoke", out, seed=-1), InputError, ["seed"]),
         (lambda out: ws.generate("smoke", out, workers=0), InputError, ["workers", "1-256"]),
+        (lambda out: ws.generate("smoke", out, resume=True, overwrite=True), InputError, ["give one of them"]),
+        (lambda out: ws.generate("smoke", out, backend_options={"foo": 1}), ConfigError, ["foo", "device"]),
         (lambda out: ws.generate("smoke", out, sceens=2), InputError, ["did you mean 'scenes'"]),
         (lambda out: ws.generate("smoke", out, formats="bpo"), UnknownNameError, ["bpo"]),
         (lambda out: ws.generate("smoke", out, formats=("bop", "bop")), ConfigError, ["twice"]),
@@ -61,6 +76,7 @@ def test_what_does_not_fit_is_said_before_a_folder_is_made(
 
 def test_a_folder_with_something_else_is_kept(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("kept")
-    with pytest.raises(DatasetError, match="not empty"):
-        ws.generate("smoke", tmp_path, scenes=1)
+    for overwrite in (False, True):
+        with pytest.raises(DatasetError, match="not empty"):
+            ws.generate("smoke", tmp_path, scenes=1, overwrite=overwrite)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

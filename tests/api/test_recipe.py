@@ -7,6 +7,7 @@ import pytest
 import warehouse_sim as ws
 from tests.api.crates import write_crate
 from warehouse_sim.errors import ConfigError, InputError, UnknownNameError, WarehouseSimError
+from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 
@@ -41,6 +42,15 @@ def test_other_settings_are_those_of_a_file(tmp_path: Path) -> None:
     )
     expected = ws.recipe(tmp_path / "mine.yaml").settings
     assert {**recipe.settings, "name": "mine"} == expected
+
+
+def test_presets_show_themselves_by_the_name_they_were_given() -> None:
+    assert repr(ws.Rig(camera="d435_720p", lidar="os1_64")) == "<Rig camera 1280 x 720 px, LiDAR os1_64>"
+    assert repr(ws.Rig(rig="kitti")) == "<Rig camera 1224 x 370 px, LiDAR hdl64e>"
+
+
+def test_difficulty_is_that_of_the_command() -> None:
+    assert ws.recipe("smoke", difficulty=1).resolved == with_difficulty(load_recipe("smoke"), 1.0)
 
 
 def test_a_recipe_is_changed_further_and_stays_as_it_was() -> None:
@@ -81,6 +91,8 @@ def test_an_own_mesh_stands_on_the_floor_and_on_pallets_with_labels(tmp_path: Pa
         (lambda: ws.recipe("demo", views=0), WarehouseSimError, ["observations_per_scene", "1-1,000"]),
         (lambda: ws.Rig(on="forklft"), UnknownNameError, ["'forklft'", "forklift"]),
         (lambda: ws.Rig(lidar="os1_46"), ConfigError, ["'os1_46'", "os1_128"]),
+        (lambda: ws.Rig(lidar="OS1-64"), ConfigError, ["'OS1-64'", "did you mean 'os1_64'?"]),
+        (lambda: ws.recipe("smoke", difficulty=2), InputError, ["difficulty must be 0-1"]),
         (lambda: ws.Rig(height=0.0), InputError, ["height", "0.1-20 m"]),
         (lambda: ws.Rig(height="high"), InputError, ["height", "'high'"]),  # type: ignore[arg-type]
         (lambda: ws.recipe("smoke").add("none.glb"), ConfigError, ["none.glb", "no such mesh file"]),

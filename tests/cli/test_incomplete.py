@@ -55,7 +55,7 @@ def test_every_command_says_that_it_is_incomplete(
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize(
     ("data", "words"),
-    [("loop", "loop: is not a folder"), ("x" * 300, "File name too long")],
+    [("loop", "loop: is not a folder"), ("x" * 300, "too long")],
     ids=["a link to itself", "a name that is too long"],
 )
 def test_what_can_be_no_folder_is_one_line(
@@ -73,5 +73,5 @@ def test_what_can_be_no_folder_is_one_line(
     assert main(COMMANDS[command].format_map(given).split()) == 2
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(said) == 1
-    assert data in said[0]
+    assert data[:30] in said[0]
     assert words in said[0]

@@ -226,9 +226,15 @@ def test_repeated_predictions_are_rejected_by_their_lines(data, score):
         score([first, *rest[1:], rest[0], first])
 
 
-def test_a_split_without_ground_truth_is_rejected(data, tmp_path):
-    with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
+def test_a_split_without_images_is_rejected(data, tmp_path):
+    with pytest.raises(EvaluationError, match=r"the split 'val' has no images; choose another"):
         evaluate(write_estimates([], tmp_path / "a.csv"), data, "val")
+
+
+def test_a_split_without_ground_truth_is_rejected(data, tmp_path):
+    config = ScoreConfig(MeasureConfig(min_visible_fraction=1.0))
+    with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
+        evaluate(write_estimates([], tmp_path / "a.csv"), data, "test", config)
 
 
 def test_a_dataset_whose_objects_are_incomplete_is_rejected(data, tmp_path):

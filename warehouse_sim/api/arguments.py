@@ -22,7 +22,10 @@ P = ParamSpec("P")
 T = TypeVar("T")
 _LONGEST_NAME, _LONGEST_PATH = 255, 4000
 """Bytes of a file's name and of its path."""
-_WORDS = {str: "text", int: "a whole number", float: "a number", bool: "True or False", Path: "a path", None: "None"}
+_WORDS: dict[Any, str] = {
+    str: "text", int: "a whole number", float: "a number", bool: "True or False", Path: "a path", None: "None",
+    Any: "anything", np.ndarray: "an array",
+}  # fmt: skip
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -133,7 +136,8 @@ def _check_range(where: str, value: Any, hint: Any) -> None:
     allowed = range_of(hint) or next((found for option in typing.get_args(hint) if (found := range_of(option))), None)
     if allowed is not None and isinstance(value, Real) and float(value) not in allowed:
         raise InputError(f"{where} must be {allowed.text}, found {value}")
-    if isinstance(value, Real) and not np.isfinite(float(value)):
+    numbers = value if isinstance(value, (tuple, list)) else [value]
+    if any(isinstance(number, Real) and not np.isfinite(float(number)) for number in numbers):
         raise InputError(f"{where} must be finite, found {value}")
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from warehouse_sim.api.arguments import settings_of
 from warehouse_sim.dataset.reader import ALL, DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, shown
+from warehouse_sim.learning.settings import Progress
 from warehouse_sim.optional import require_extra
 from warehouse_sim.schema import PoseEstimate
 
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 _TEST = "test"
 Estimator = str | Path | Callable[..., Any] | object
 """A name, a run folder, "file.py:Class", "module:Class", an object with ``estimate(image)``, or a function."""
-Progress = Callable[[float, str], None]
-"""Called with the fraction that is done and a note."""
 
 
 class Opened(Protocol):
@@ -40,22 +39,16 @@ def chosen_split(data: Opened, split: str | None) -> str:
     """Return the split that is meant: without a name the only one, or test, or all where test is empty.
 
     Raises:
-        DatasetError: There is no such split, or no observation in it.
+        DatasetError: There is no such split, or none is named and there is no observation.
     """
-    reader = data.scored
-    if split not in (None, ALL):
-        require_split(data, split)
-    if split is not None and reader.images(split):
+    if split is not None:
+        if split != ALL:
+            require_split(data, split)
         return split
+    reader = data.scored
     found = [name for name in reader.parts if reader.images(name)]
     if not found:
         raise DatasetError(f"{data.path}: there is no observation to look at")
-    if split is not None:
-        have = f"{' and '.join(found)} {'has' if len(found) == 1 else 'have'} some"
-        raise DatasetError(
-            f"{data.path}: the split {split!r} has no observations, {have}; "
-            "choose another split, or split='all' (--split all)"
-        )
     return found[0] if len(found) == 1 else _TEST if _TEST in found else ALL
 
 

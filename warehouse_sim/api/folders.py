@@ -8,7 +8,7 @@ from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.dataset.checks.findings import Check
 from warehouse_sim.dataset.convert.run import convert as write_formats
 from warehouse_sim.dataset.validate import validate as run_checks
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, InputError
 
 
 class Checks(tuple[Check, ...]):
@@ -48,7 +48,7 @@ def validate(data: Dataset | str | Path, progress: Callable[[float, str], None] 
     """
     root = data.path if isinstance(data, Dataset) else Path(data)
     if not root.is_dir():
-        raise DatasetError(f"{root}: there is no such folder; name the folder of a dataset")
+        raise DatasetError(f"{root}: is not a folder; name the folder of a dataset, or generate one")
     return Checks(run_checks(root, progress or (lambda fraction, note: None)))
 
 
@@ -58,6 +58,7 @@ def convert(
     out: str | Path,
     formats: str | Sequence[str],
     resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Write a dataset in other formats; images are linked where the disk can, not copied.
@@ -71,6 +72,7 @@ def convert(
         out: Folder to make.
         formats: Formats to write, such as "coco" or ["bop", "coco"].
         resume: Go on with a run that was interrupted; finished scenes are kept.
+        overwrite: Delete the dataset that is there.
         progress: Called with the number of finished scenes and of all scenes.
 
     Returns:
@@ -81,7 +83,9 @@ def convert(
         DatasetError: The dataset cannot be read, or a format cannot hold it.
         OutputError: The folder cannot be written.
     """
-    root = data.path if isinstance(data, Dataset) else Path(data)
+    root, made = data.path if isinstance(data, Dataset) else Path(data), Path(out)
+    if overwrite and resume:
+        raise InputError("overwrite begins again and resume goes on; give one of them")
     names = [formats] if isinstance(formats, str) else list(formats)
-    write_formats(root, Path(out), names, resume, progress or (lambda done, total: None))
-    return Path(out)
+    write_formats(root, made, names, resume, progress or (lambda done, total: None), overwrite)
+    return made

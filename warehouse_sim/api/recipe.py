@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import yaml
 
@@ -11,11 +11,13 @@ from warehouse_sim.api.camera import Camera
 from warehouse_sim.api.rig import Rig
 from warehouse_sim.catalog.mesh_object import mesh_name
 from warehouse_sim.config import to_mapping
+from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.extends import overlay
 from warehouse_sim.generation.own_objects import with_own_object
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
 from warehouse_sim.generation.recipe import changed, load_recipe
 from warehouse_sim.output import make_folder, write_bytes
+from warehouse_sim.ranges import Range
 
 Light = Literal["nominal", "dim", "harsh", "backlit", "night", "mixed_colour", "failing"]
 
@@ -115,6 +117,7 @@ def recipe(
     views: int | None = None,
     scenes: int | None = None,
     targets: Sequence[str] | None = None,
+    difficulty: Annotated[float, Range(0, 1)] | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Recipe:
     """Return a shipped recipe, or one from a file, with some of its settings replaced.
@@ -132,6 +135,7 @@ def recipe(
         views: Observations of each scene.
         scenes: Scenes of a dataset where ``ws.generate`` does not say.
         targets: Classes whose objects get labels.
+        difficulty: Moves clutter, occlusion, light and noise together, 0 = easy to 1 = hard; by default the recipe's.
         settings: Any other settings, as a recipe file nests them.
 
     Raises:
@@ -152,8 +156,10 @@ def recipe(
         changes = overlay(changes, {"scene": scene})
     instead = ("sensors",) if sensors is not None and not isinstance(sensors, Mapping) else ()
     if isinstance(name_or_path, Recipe):
-        return Recipe.of(changed(name_or_path.resolved, changes, instead))
-    return Recipe.of(load_recipe(str(name_or_path), changes, instead))
+        resolved = changed(name_or_path.resolved, changes, instead)
+    else:
+        resolved = load_recipe(str(name_or_path), changes, instead)
+    return Recipe.of(resolved if difficulty is None else with_difficulty(resolved, float(difficulty)))
 
 
 def _occlusion(visible: tuple[float, float] | None) -> dict[str, Any] | None:

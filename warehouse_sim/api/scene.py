@@ -309,7 +309,10 @@ def _pose(at: Point | None, look_at: Point | None, T_world_camera: Any) -> np.nd
             raise InputError(
                 f"Scene.render: at and look_at are the same place {at} m; look at another one"
             ) from problem
-    T = np.array(T_world_camera, float)
+    try:
+        T = np.array(T_world_camera, float)
+    except (TypeError, ValueError):  # rows of other lengths, or no numbers
+        T = np.zeros(0)
     rotation = T[:3, :3] if T.shape == (4, 4) else np.zeros((3, 3))
     if not (np.isfinite(T).all() and np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)):
         raise InputError("Scene.render: T_world_camera must be a rigid pose, 4 x 4, with a rotation and metres")

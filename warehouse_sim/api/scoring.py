@@ -1,17 +1,20 @@
 """From an estimator over its predictions to scores and a page that shows them."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset, as_dataset
-from warehouse_sim.api.estimates import Estimator, Progress, chosen_split, estimates_of, scores_of
+from warehouse_sim.api.estimates import Estimator, chosen_split, estimates_of, scores_of
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import InputError
 from warehouse_sim.evaluation import Scores, write_scores
+from warehouse_sim.learning.settings import Progress
 from warehouse_sim.optional import require_extra
+from warehouse_sim.output import writing
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -96,7 +99,7 @@ def evaluate(
 
 @checked
 def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.html") -> Path:
-    """Write one HTML page about datasets, runs and scores, which needs no other file.
+    """Write one HTML page about datasets, runs and scores, or about suites; it needs no other file.
 
     Example:
         >>> data = ws.Dataset("out")
@@ -106,8 +109,8 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
 
     Args:
         sources: Datasets, scores, or folders of datasets, training runs and scores; scores need their dataset among
-            them.
-        out: The page to write.
+            them. Or results of suites alone, as ``warehouse-sim bench`` writes them, and folders of these.
+        out: The page to write; of suites, a name that ends in .md takes the leaderboards alone, as Markdown.
 
     Returns:
         The path of the page.
@@ -117,15 +120,28 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
         MissingPackageError: matplotlib or jinja2 is not installed.
     """
     require_extra("report", "to write a report")
+    from warehouse_sim.benchmark.report import is_results, write_suite_report
     from warehouse_sim.evaluation.report import write_report
 
     if not sources:
         raise InputError("report needs at least one dataset, run folder or scores")
-    with TemporaryDirectory() as place:
+    suites = [Path(item) for item in sources if isinstance(item, (str, Path)) and is_results(Path(item))]
+    other = next((item for item in sources if not isinstance(item, (str, Path)) or Path(item) not in suites), None)
+    if suites and other is not None:
+        raise InputError(
+            f"{other}: holds no results of suites, as others of the paths do; give those to a page of their own"
+        )
+    endings = (".html", ".htm", *([".md"] if suites else []))
+    if Path(out).suffix.lower() not in ("", *endings):
+        raise InputError(f"{out}: is written as {' or '.join(endings)}; give it a name that ends so")
+    if suites:
+        return write_suite_report(suites, Path(out))
+    with ExitStack() as kept:
         folders: list[Path] = []
-        for number, item in enumerate(sources):
+        for item in sources:
             if isinstance(item, Scores):
-                folder = Path(place) / f"{number}_{item.method}"
+                with writing(Path(gettempdir())):
+                    folder = Path(kept.enter_context(TemporaryDirectory())) / Path(item.method).name
                 write_scores(item, folder)
             else:
                 folder = item.scored.root if isinstance(item, Dataset) else Path(item)

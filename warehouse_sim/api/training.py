@@ -2,13 +2,14 @@
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from warehouse_sim.api.arguments import checked, settings_of
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.learning.settings import StreamConfig
+from warehouse_sim.learning.settings import LoopConfig, Progress, StreamConfig
 from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def train(
     init: str | Path | None = None,
     cache: str | Path | None = None,
     preset: Literal["plain", "robust"] = "plain",
-    progress: Callable[[float, str], None] | None = None,
+    progress: Progress | None = None,
     **settings: Any,
 ) -> Path:
     """Train an estimator, a detector or a segmenter on the train split, watch it on val; test is never read.
@@ -82,20 +83,49 @@ def train(
     """
     require_extra("learn", "to train")
     from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig, with_preset
+    from warehouse_sim.estimators.train import trainable
+
+    config = settings_of(getattr(trainable(estimator), "settings", None) or TrainConfig(), settings, "train")
+    if isinstance(config, TrainConfig):
+        config = with_preset(config, preset)
+    place = None if cache is None else Path(cache)
+    remark = fit(estimator, _folders(data), Path(out), config, resume, init, place, lambda stage: nullcontext(progress))
+    if remark:
+        log.info("%s", remark)
+    return Path(out)
+
+
+def fit(
+    estimator: str,
+    data: Sequence[Path],
+    out: Path,
+    config: LoopConfig,
+    resume: bool,
+    init: str | Path | None,
+    cache: Path | None,
+    stage: Callable[[str], AbstractContextManager[Progress | None]],
+) -> str:
+    """Do what ``train`` says with all settings, and return what there is to say of it.
+
+    Args:
+        estimator: As in ``train``.
+        data: Dataset folders.
+        out: As in ``train``.
+        config: All settings of that estimator.
+        resume: As in ``train``.
+        init: As in ``train``.
+        cache: As in ``train``.
+        stage: Opens what shows how far the stage of that name is.
+    """
+    require_extra("learn", "to train")
     from warehouse_sim.estimators.train import train as run
     from warehouse_sim.estimators.train import trainable
 
     method = trainable(estimator)
-    folders = _folders(data)
-    config = settings_of(getattr(method, "settings", None) or TrainConfig(), settings, "train")
-    if isinstance(config, TrainConfig):
-        config = with_preset(config, preset)
-    place = None if cache is None else Path(cache)
-    run(estimator, folders, Path(out), config, resume, progress, init, place, open_stream)
-    remark = method.calibrate(Path(out), folders, progress)
-    if remark:
-        log.info("%s", remark)
-    return Path(out)
+    with stage("training") as progress:
+        run(estimator, data, out, config, resume, progress, init, cache, open_stream)
+    with stage("calibrating") as progress:
+        return method.calibrate(out, data, progress)
 
 
 def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":

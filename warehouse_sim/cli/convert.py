@@ -22,8 +22,8 @@ def convert(
     """
     if overwrite and resume:
         raise InputError("--overwrite begins again and --resume goes on; give one of them")
-    from warehouse_sim.dataset.convert.run import convert as run
+    from warehouse_sim.api.folders import convert as run
 
     with count_progress("scenes") as progress:
-        run(data, out, to, resume, progress, overwrite)
+        run(data, out, to, resume, overwrite, progress)
     finish(out, "validate", out)

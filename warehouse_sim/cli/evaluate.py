@@ -31,7 +31,7 @@ def evaluate(
     if predictions.is_dir():
         _evaluate_kitti(predictions, data, out, split, overwrite)
         return
-    from warehouse_sim.evaluation import evaluate as run
+    from warehouse_sim.api.scoring import evaluate as run
     from warehouse_sim.evaluation import write_scores
 
     scores = run(predictions, data, split, bop=bop, vsd=vsd)

@@ -80,19 +80,18 @@ def generate(
         return
     assert recipe is not None
     require_extra("generate", "to make scenes")
+    from warehouse_sim.api.generate import write_dataset
+    from warehouse_sim.api.recipe import recipe as read_recipe
     from warehouse_sim.dataset.shards.shard import parse_shard
-    from warehouse_sim.generation.difficulty import with_difficulty
-    from warehouse_sim.generation.generate import generate as run
-    from warehouse_sim.generation.plan import GenerateConfig, default_formats
-    from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.render import option_settings, with_shortcuts
 
     pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
-    chosen = load_recipe(recipe)
+    chosen = read_recipe(recipe, difficulty=difficulty).resolved
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
-        formats=formats or default_formats(chosen),
+        formats=formats,
         backend=backend,
         backend_options=option_settings(backend, pairs),
         workers=count,
@@ -102,11 +101,10 @@ def generate(
         scene_limit_s=scene_limit,
         skip_failed=skip_failed,
     )
-    chosen = chosen if difficulty is None else with_difficulty(chosen, difficulty)
     alone = partial(_alone, recipe, difficulty, config, scenes or chosen.scenes, out)
     try:
         with count_progress("scenes") as progress:
-            manifest = run(chosen, out, config, progress)
+            manifest = write_dataset(chosen, out, config, progress)
     except WarehouseSimError as problem:
         _name(problem.scenes, alone)
         raise
@@ -152,7 +150,7 @@ def _alone(
     """Return the command that makes one scene of the dataset, into a folder of its own."""
     command = ["warehouse-sim", "generate", recipe, "--out", f"{out}-scene-{scene_index}", "--seed", str(config.seed)]
     command += ["--scenes", str(total), "--shard", f"{scene_index}/{total}", "--workers", "1"]
-    command += ["--formats", *config.formats, "--backend", config.backend]
+    command += [*(["--formats", *config.formats] if config.formats else []), "--backend", config.backend]
     if config.backend_options:
         command += ["--backend-options", *(f"{key}={value}" for key, value in config.backend_options.items())]
     return shlex.join([*command, *([] if difficulty is None else ["--difficulty", str(difficulty)])])

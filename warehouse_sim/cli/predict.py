@@ -38,9 +38,8 @@ def predict(
         config: Where detections come from, how a pose is selected and refined.
     """
     require_extra("learn", "to predict")
-    from warehouse_sim.dataset.results import predictions
+    from warehouse_sim.api.scoring import predict as estimate
     from warehouse_sim.estimators.own.program import ProgramEstimator
-    from warehouse_sim.estimators.predict import predict as estimate
 
     if (run is None) == (exec is None):
         raise InputError("predict takes an estimator or --exec COMMAND; see warehouse-sim list estimators")
@@ -51,11 +50,10 @@ def predict(
     estimator: Any = run if exec is None else ProgramEstimator(exec, exec_timeout)
     try:
         with fraction_progress("predicting") as progress:
-            estimates = estimate(estimator, data, split, config, progress, pictures)
+            estimates = estimate(estimator, data, out, split, pictures, progress, **vars(config))
     finally:
         if isinstance(estimator, ProgramEstimator):
             estimator.close()
-    predictions.write(out, estimates)
     print(f"calibration: {config.calibration}")
     if config.reject is not None:
         print(f"rejected: {sum(item.rejected for item in estimates)} of {len(estimates)} estimates")

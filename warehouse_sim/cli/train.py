@@ -1,19 +1,15 @@
 """``warehouse-sim train``: a dataset folder becomes a run folder."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import tyro
 
 from warehouse_sim.cli.console import finish, fraction_progress, say
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, TrainConfig, with_preset
 from warehouse_sim.estimators.registries import DETECTORS, SEGMENTERS
-from warehouse_sim.learning.settings import LoopConfig, StreamConfig
-from warehouse_sim.optional import require_extra
-
-if TYPE_CHECKING:
-    from warehouse_sim.schema import Observation
+from warehouse_sim.learning.settings import LoopConfig
 
 
 def train(
@@ -96,28 +92,8 @@ def _train(
     config: LoopConfig,
 ) -> None:
     """Train and calibrate."""
-    require_extra("learn", "to train")
-    from warehouse_sim.estimators.train import train as run
-    from warehouse_sim.estimators.train import trainable
+    from warehouse_sim.api.training import fit
 
-    method = trainable(estimator)
-    with fraction_progress("training") as progress:
-        run(estimator, data, out, config, resume, progress, init, cache, open_stream)
-    with fraction_progress("calibrating") as progress:
-        remark = method.calibrate(out, data, progress)
+    remark = fit(estimator, data, out, config, resume, init, cache, fraction_progress)
     if remark:
         say(remark)
-
-
-def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":
-    """Make the observations of a stream from a number on.
-
-    Raises:
-        MissingPackageError: What makes scenes is not installed.
-        RecipeError: The recipe holds something that a recipe does not take.
-    """
-    require_extra("generate", "to make the observations that are trained on")
-    from warehouse_sim.generation.recipe import load_recipe
-    from warehouse_sim.generation.stream import stream
-
-    return stream(load_recipe(config.recipe), config.seed, config.workers, start)

@@ -6,7 +6,7 @@ import tyro
 
 from warehouse_sim.cli.console import count_progress, finish, fraction_progress, say
 from warehouse_sim.dataset.checks.findings import Check
-from warehouse_sim.errors import DatasetError, InputError
+from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
 _ADVICE = """\
@@ -27,11 +27,9 @@ def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) ->
     """
     if regenerate is not None:
         return _regenerate(data, regenerate)
+    from warehouse_sim.api.folders import validate as run
     from warehouse_sim.dataset.manifest import dataset_around
-    from warehouse_sim.dataset.validate import validate as run
 
-    if not data.is_dir():
-        raise DatasetError(f"{data}: is not a folder; make a dataset with warehouse-sim generate")
     around = dataset_around(data)
     if around is not None:
         say(f"warning: {data} is a part of a dataset; to check all of it, name {around}")

@@ -271,7 +271,8 @@ class DatasetStore:
             return
         if not resume:
             raise DatasetError(
-                f"{self.root}: the folder is not empty; choose another one, or add --resume to go on or --overwrite"
+                f"{self.root}: the folder is not empty; choose another one, go on with --resume "
+                "(resume=True in Python), or replace it with --overwrite (overwrite=True)"
             )
         self._require_shard(shard)
         if self._layout.manifest.is_file():

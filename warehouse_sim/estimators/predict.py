@@ -81,7 +81,7 @@ def predict(
         raise TrainingError(
             f"{reader.root}: the split {split!r} has no images; "
             f"{' and '.join(there) or 'no split'} {'has' if len(there) < 2 else 'have'} some: "
-            "choose another --split, or --split all"
+            "choose another split, or all of them (--split all, split='all')"
         )
     estimator.onboard(reader.objects)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.

@@ -57,6 +57,11 @@ def evaluate(
     require_scorable(images, split, reader.root)
     given = ScoredEstimates.of(predictions)
     estimates = given.estimates
+    if not images:
+        raise EvaluationError(
+            f"{reader.root}: the split {split!r} has no images; "
+            "choose another, or all of them (--split all, split='all')"
+        )
     given.check(images, split, reader)
     standings = Standings.of(reader, images)
     table = measure(estimates, images, reader.objects, config.measure, _illuminance(reader, images), standings)
