@@ -98,7 +98,7 @@ def test_it_shows_itself(data: Dataset) -> None:
         (lambda data: data.split(3), InputError, "name must be text, found 3"),
         (lambda data: Dataset(), InputError, "missing a required argument: 'path'"),
         (lambda data: Dataset(None), InputError, "path must be text or a path, found None"),
-        (lambda data: Dataset("nowhere"), DatasetError, "nowhere: there is no such folder"),
+        (lambda data: Dataset("nowhere"), DatasetError, "nowhere: is not a folder"),
         (lambda data: Dataset(__file__), DatasetError, "test_dataset.py: is not a folder"),
         (lambda data: Dataset(Path(__file__).parent), DatasetError, "this is no dataset"),
         (lambda data: Dataset(data.path, splt="a"), InputError, "Dataset: got an unexpected keyword argument 'splt'"),

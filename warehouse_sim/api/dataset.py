@@ -4,7 +4,6 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from html import escape
-from os.path import lexists
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
@@ -49,8 +48,7 @@ class Dataset(Sequence[Observation]):
         self.path = Path(path)
         """The folder."""
         if not self.path.is_dir():
-            what = "is not a folder" if lexists(self.path) else "there is no such folder"
-            raise DatasetError(f"{path}: {what}; name the folder of a dataset, or generate one")
+            raise DatasetError(f"{path}: is not a folder; name the folder of a dataset, or generate one")
         self._reader = _opened(self.path)
         self._chosen: tuple[int, ...] | None = None
 
