@@ -27,7 +27,7 @@ class WarehouseSimError(Exception):
         ...     ws.Dataset("nowhere")
         ... except ws.WarehouseSimError as problem:
         ...     print(problem)
-        nowhere: there is no such folder; name the folder of a dataset, or make one with ws.generate
+        nowhere: is not a folder; name the folder of a dataset, or generate one
     """
 
     scenes: tuple[int, ...] = ()

@@ -26,7 +26,7 @@ def test_a_trained_run_predicts(data: Dataset, tmp_path: Path) -> None:
         (("densefusion-pointcloud",), {}, "missing a required argument"),
         (("densefusion-pointclod", "out", "run"), {}, "densefusion-pointclod"),
         (("front-fit", "out", "run"), {}, "needs no training"),
-        (("densefusion-pointcloud", "nowhere", "run"), {}, "nowhere: there is no such folder"),
+        (("densefusion-pointcloud", "nowhere", "run"), {}, "nowhere: is not a folder"),
         (("densefusion-pointcloud", 3, "run"), {}, "data must be"),
         (("densefusion-pointcloud", ".", "run"), {"max_step": 2}, "did you mean 'max_steps'?"),
         (("densefusion-pointcloud", ".", "run"), {"batch": 0}, "batch must be 1-65,536"),

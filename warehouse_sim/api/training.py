@@ -147,5 +147,5 @@ def _folders(data: Dataset | str | Path | Sequence[Dataset | str | Path]) -> lis
     folders = [item.path if isinstance(item, Dataset) else Path(item) for item in items]
     for folder in folders:
         if not folder.is_dir():
-            raise DatasetError(f"{folder}: there is no such folder; name the folder of a dataset")
+            raise DatasetError(f"{folder}: is not a folder; name the folder of a dataset, or generate one")
     return folders
