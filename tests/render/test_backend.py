@@ -102,7 +102,7 @@ def test_a_scene_that_cannot_be_drawn_says_why_and_leaves_the_one_before(rendere
         "is of model 'ghost'": replace(wall, instances=(replace(first, model="ghost"),)),
         "has the material 'concrete'": replace(wall, materials={}),
         "object 1 occurs twice": replace(wall, instances=(first, first)),
-        "nothing to draw": replace(wall, instances=()),
+        "nothing to render": replace(wall, instances=()),
     }
     for message, scene in broken.items():
         with pytest.raises(RenderError, match=message):

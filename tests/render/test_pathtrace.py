@@ -169,7 +169,7 @@ def test_more_paths_come_closer_to_the_limit(wall: SceneSpec) -> None:
 def test_a_scene_that_cannot_be_drawn_says_why_and_leaves_the_one_before(tracer: Any, wall: SceneSpec) -> None:
     tracer.load(wall)
     before = tracer.render(CAMERA, wall.viewpoints[0].T_world_camera).rgb
-    with pytest.raises(RenderError, match="nothing to draw"):
+    with pytest.raises(RenderError, match="nothing to render"):
         tracer.load(replace(wall, instances=()))
     paint = {**wall.materials, "kraft": replace(wall.materials["kraft"], texture="marble")}
     with pytest.raises(RenderError, match="texture 'marble'"):

@@ -28,5 +28,5 @@ def test_a_pose_is_finite_and_a_lens_has_its_own_renderer() -> None:
     require_view(camera, np.eye(4))
     with pytest.raises(RenderError, match="pose is not finite"):
         require_view(camera, np.full((4, 4), np.nan))
-    with pytest.raises(RenderError, match="draw with LensRenderer"):
+    with pytest.raises(RenderError, match="render with LensRenderer"):
         require_view(PinholeCamera(100, 80, 100.0, 100.0, 49.5, 39.5, Distortion(k1=-0.1)), np.eye(4))

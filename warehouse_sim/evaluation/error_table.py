@@ -93,7 +93,7 @@ class ErrorTable:
     slack_depth: Float[np.ndarray, " n"]
     """Clearance left along the tines (m), negative where they stop too deep or too short."""
     slack_mesh: Float[np.ndarray, " n"]
-    """Clearance left to the surface of the very pallet, worn as it is (m), at most 0.05; -inf beside the lanes."""
+    """Clearance to the pallet's own mesh, damage included (m), at most 0.05; -inf beside the lanes."""
     limiting_error: Shaped[np.ndarray, " n"]
     """Error that uses up most clearance, one of ``FAILURE_AXES``; "missed", or "" without pockets."""
 

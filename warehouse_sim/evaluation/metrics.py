@@ -24,7 +24,7 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
     A miss has the value 0. Names: ``<error>_<k>pct`` is the fraction with an error under k % of the diameter,
     for ``add_shape`` over the symmetries of the shape, whatever is printed on it,
     ``mssd_2cm`` and ``mssd_5cm`` serve objects without pockets, ``dock_<m>mm`` is docking with margin m
-    against the very pallet, ``dock_nominal_<m>mm`` against its nominal pockets; both are evaluated of what a truck can
+    against its own mesh, ``dock_nominal_<m>mm`` against its nominal pockets; both are evaluated of what a truck can
     take and what leaves that margin at its true pose; ``dock_gate_20mm_2.9deg`` and ``dock_gate_50mm_3deg`` are the
     threshold pairs of the literature, and ``auc_*`` are areas under the accuracy curve in their mean form ``mean(max(0,
     1 - error / limit))``.

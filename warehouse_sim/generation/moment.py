@@ -70,7 +70,7 @@ class Stage:
     """Keeps what serves from one moment to the next.
 
     Args:
-        renderer: Draws; scenes are loaded into it here.
+        renderer: Renders scenes, which are loaded into it here.
         camera: The rig's.
     """
 

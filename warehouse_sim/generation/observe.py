@@ -45,7 +45,7 @@ def observe_scene(
     Args:
         scene: What to look at.
         rig: Its sensors.
-        renderer: Draws; the scene is loaded into it here.
+        renderer: Renders the scene, which is loaded into it here.
         variants: The scene and its paired variants, see ``make_variants``; by default the scene alone.
         level: Whether observations of a tilted camera have that of a level one, too.
 

@@ -43,7 +43,7 @@ def amodal_mask_by_tiles(
         T_camera_object: Pose of the object.
         corners: Points in the object frame (m) whose convex hull holds the object.
         near: Distance of the near plane (m).
-        draw: Draws the object alone with the camera of a tile, as large as the image, and says which pixels it covers.
+        draw: Renders the object alone with the camera of a tile, as large as the image; returns the covered pixels.
     """
     width, height = camera.width, camera.height
     canvas = np.zeros((3 * height, 3 * width), bool)

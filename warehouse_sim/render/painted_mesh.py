@@ -53,7 +53,7 @@ def require_renderable(scene: SceneSpec) -> None:
         for part in scene.model_of(instance).parts:
             require_material(scene, instance, part)
     if not any(scene.model_of(instance).parts for instance in scene.instances):
-        raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")
+        raise RenderError(f"scene {scene.scene_index} holds nothing to render; add objects with parts")
 
 
 def require_material(scene: SceneSpec, instance: ObjectInstance, part: Part) -> None:

@@ -1,4 +1,4 @@
-"""Which window system PyOpenGL, and with it MuJoCo and pyrender, draws through: one for the life of a process."""
+"""Which window system PyOpenGL, and with it MuJoCo and pyrender, renders through: one for the life of a process."""
 
 import ctypes
 import os
@@ -27,13 +27,13 @@ def claim_platform(platform: Platform, who: str) -> None:
         who: The backend that asks, for errors.
 
     Raises:
-        RenderError: The library is missing, or the process draws through another one already.
+        RenderError: The library is missing, or the process renders through another one already.
     """
     taken = _taken_platform()
     if taken is not None and taken != platform:
         raise RenderError(
-            f"the {who} backend cannot draw through {platform}: it draws through {taken} already (PYOPENGL_PLATFORM), "
-            f"and a process can hold only one; start another process for {platform}"
+            f"the {who} backend cannot render through {platform}: it renders through {taken} already "
+            f"(PYOPENGL_PLATFORM), and a process can hold only one; start another process for {platform}"
         )
     _require_library(platform)
     os.environ["PYOPENGL_PLATFORM"] = platform

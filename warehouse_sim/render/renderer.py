@@ -54,7 +54,7 @@ class Renderer(Protocol):
 
     @property
     def description(self) -> str:
-        """Name and version of what draws, for logs and manifests."""
+        """Name and version of the renderer, for logs and manifests."""
 
     @property
     def capabilities(self) -> Capabilities:
@@ -115,7 +115,7 @@ def require_view(camera: PinholeCamera, T_world_camera: Transform) -> None:
         RenderError: The camera has a lens, its angles are far too small or large, or its pose is not finite.
     """
     if camera.distortion is not None:
-        raise RenderError("backends draw cameras without distortion only; draw with LensRenderer(renderer)")
+        raise RenderError("backends render cameras without distortion only; render with LensRenderer(renderer)")
     left, right, top, bottom = camera.tangent_bounds()
     if max(map(abs, (left, right, top, bottom))) > _WIDEST or min(right - left, bottom - top) < _NARROWEST:
         raise RenderError(

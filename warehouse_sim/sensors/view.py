@@ -86,7 +86,7 @@ class SensorView:
         """Return the clean images of the rig's camera, or of one like it at ``T_world_camera``.
 
         Raises:
-            RenderError: The backend draws no normals, but they are requested.
+            RenderError: The backend renders no normals, but they are requested.
         """
         return self.images.seen_from(self.T_world_camera if T_world_camera is None else T_world_camera, normals)
 

@@ -27,7 +27,7 @@ def test_predictions_for_a_dataset_are_requested_where_its_records_have_the_pall
     moved = [replace(item, T_camera_object=item.T_camera_object @ off) for item in estimates_of(data)]
     poses = write_estimates(moved, tmp_path / "method_smoke-test.csv")
     main((f"{data}={poses}",), poses=3, folder=tmp_path / "out", pictures=0)
-    assert "| 0 mm, of the very pallet |" in capsys.readouterr().out
+    assert "| 0 mm, mesh of the pallet |" in capsys.readouterr().out
     rows = [json.loads(line) for line in (tmp_path / "out" / "answers.jsonl").read_text().splitlines()]
     stored = {item.instance_id: item for item in read_scene_record(data, 0).objects}
     assert rows

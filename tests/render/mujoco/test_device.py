@@ -55,8 +55,8 @@ def test_osmesa_draws_the_same_geometry_and_keeps_the_process_to_itself() -> Non
     lines = done.stdout.splitlines()
     assert lines[0].startswith("mujoco on ")
     assert lines[0].endswith(" through osmesa")
-    assert lines[1].startswith("the mujoco backend cannot draw through egl: it draws through osmesa already")
-    assert lines[2].startswith("the pyrender backend cannot draw through egl: it draws through osmesa already")
+    assert lines[1].startswith("the mujoco backend cannot render through egl: it renders through osmesa already")
+    assert lines[2].startswith("the pyrender backend cannot render through egl: it renders through osmesa already")
 
 
 def test_without_the_library_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +76,7 @@ def test_a_platform_that_needs_a_display_is_rejected() -> None:
         "try: open_renderer('mujoco')\nexcept RenderError as error: print(error)"
     )
     done = run(script, MUJOCO_GL="glfw")
-    assert "draws through egl or osmesa, not 'glfw'; change platform or MUJOCO_GL" in done.stdout, done.stderr
+    assert "renders through egl or osmesa, not 'glfw'; change platform or MUJOCO_GL" in done.stdout, done.stderr
 
 
 @pytest.mark.gl

@@ -14,7 +14,7 @@ _RESAMPLES = 2000
 
 
 def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
-    """Return what the swept-volume check says with a margin to the very pallet; the limits of depth stay.
+    """Return the swept-volume check with a margin to the pallet's own mesh; the depth limits stay.
 
     Args:
         row: An answer.
@@ -56,7 +56,7 @@ def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False
     same = (swept == simulated).astype(float)
     return {
         "margin_mm": margin_mm,
-        "pockets": "nominal" if nominal else "of the very pallet",
+        "pockets": "nominal" if nominal else "mesh of the pallet",
         "both dock": int((swept & simulated).sum()),
         "swept only": int((swept & ~simulated).sum()),
         "simulation only": int((~swept & simulated).sum()),

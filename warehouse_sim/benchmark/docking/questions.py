@@ -57,7 +57,7 @@ def why_not(station: Station, face: DockingFace, truck: TruckConfig, verdict: st
 def clearances(
     station: Station, face: DockingFace, truck: TruckConfig, T_object_estimated: Transform
 ) -> dict[str, float]:
-    """Return the clearance (m) that an estimate leaves: to the very pallet ("mesh"), and along the tines."""
+    """Return the clearance (m) that an estimate leaves: to the pallet's own mesh ("mesh"), and along the tines."""
     slack = docking_slack(T_object_estimated[None], face, truck.fork)
     model = station.scene.model_of(station.pallet)
     lanes = lane_triangles(model.mesh(), face, truck.fork)

@@ -39,14 +39,14 @@ def failure_axes(
     """Name for each estimate the error that alone uses up most of the clearance it has.
 
     Where something fails, only what fails is named: a fork that clears the walls and stops too deep is "too_deep". One
-    that clears the nominal pockets and meets a board of the very pallet is "board".
+    that clears the nominal pockets and meets a board of the pallet's own mesh is "board".
 
     Args:
         errors: Of the estimates.
         slack: What they leave in the nominal pockets.
         face: The approached face.
         fork: The tines.
-        clearance: What they leave to the surface of the very pallet (m).
+        clearance: What they leave to the surface of the pallet's own mesh (m).
     """
     at_walls, along = _used_at_walls(errors, face, fork), _used_along(slack, face, fork)
     hits = np.minimum(slack.lateral, slack.vertical) < 0.0

@@ -163,7 +163,7 @@ def check_broken_scenes(subject: Subject) -> None:
         "is of model 'ghost'": replace(scene, instances=(replace(scene.instances[0], model="ghost"),)),
         "has the material 'concrete'": replace(scene, materials={}),
         "object 1 occurs twice": replace(scene, instances=(scene.instances[0],) * 2),
-        "nothing to draw": replace(scene, instances=()),
+        "nothing to render": replace(scene, instances=()),
     }
     before = subject.render(scene, OFF_CENTRE, _AT_CARTON)
     for message, bad in broken.items():

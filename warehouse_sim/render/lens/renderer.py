@@ -72,7 +72,7 @@ class LensRenderer:
     """Draws cameras with a lens by way of a pinhole that another renderer draws; those without are passed on.
 
     Args:
-        renderer: What draws; closing this closes it.
+        renderer: The renderer; closing this closes it.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -83,7 +83,7 @@ class LensRenderer:
 
     @property
     def description(self) -> str:
-        """Name and version of what draws."""
+        """Name and version of the renderer."""
         return self._renderer.description
 
     @property
@@ -131,7 +131,7 @@ class LensRenderer:
         ]
 
     def close(self) -> None:
-        """Close what draws."""
+        """Close the renderer."""
         self._renderer.close()
 
     def __enter__(self) -> Self:
@@ -146,7 +146,7 @@ class LensRenderer:
 
     def _edge_caster(self) -> EdgeCaster:
         if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before drawing")
+            raise RenderError("no scene is loaded; call load(scene) before rendering")
         if self._edges is None:
             self._edges = EdgeCaster(self._scene)
         return self._edges

@@ -70,7 +70,7 @@ class MujocoRenderer:
         require_view(camera, T_world_camera)
         self._make_current()
         if normals:
-            raise RenderError("the mujoco backend draws no normals; use raster or pathtrace")
+            raise RenderError("the mujoco backend renders no normals; use raster or pathtrace")
         return self._loaded_scene().render(camera, T_world_camera)
 
     def amodal_masks(
@@ -109,5 +109,5 @@ class MujocoRenderer:
 
     def _loaded_scene(self) -> LoadedScene:
         if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before drawing")
+            raise RenderError("no scene is loaded; call load(scene) before rendering")
         return self._scene

@@ -19,7 +19,7 @@ def choose_platform(platform: Literal["egl", "osmesa"] | None) -> Literal["egl",
         return "egl"
     if wanted == "osmesa":
         return "osmesa"
-    raise RenderError(f"the mujoco backend draws through egl or osmesa, not {wanted!r}; change platform or MUJOCO_GL")
+    raise RenderError(f"the mujoco backend renders through egl or osmesa, not {wanted!r}; change platform or MUJOCO_GL")
 
 
 def open_device(platform: Literal["egl", "osmesa"], device: int | None) -> tuple[Any, str]:

@@ -169,7 +169,7 @@ class PathtraceRenderer:
     def _loaded_scene(self) -> LoadedScene:
         self._reject_if_closed()
         if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before drawing")
+            raise RenderError("no scene is loaded; call load(scene) before rendering")
         return self._scene
 
     def _reject_if_closed(self) -> None:

@@ -74,7 +74,7 @@ class PyrenderRenderer:
         require_view(camera, T_world_camera)
         graph, _ = self._loaded()
         if normals:
-            raise RenderError("the pyrender backend draws no normals; use raster or pathtrace")
+            raise RenderError("the pyrender backend renders no normals; use raster or pathtrace")
         self._aim(graph, camera, T_world_camera)
         flags = import_pyrender().RenderFlags
         graph.show(plain=False)
@@ -153,5 +153,5 @@ class PyrenderRenderer:
     def _loaded(self) -> tuple[SceneGraph, SceneSpec]:
         self._require_open()
         if self._graph is None or self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before drawing")
+            raise RenderError("no scene is loaded; call load(scene) before rendering")
         return self._graph, self._scene

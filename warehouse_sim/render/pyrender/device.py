@@ -19,7 +19,7 @@ def import_pyrender() -> ModuleType:
     """Import pyrender, which looks for a display unless PyOpenGL is set to EGL.
 
     Raises:
-        RenderError: EGL is missing or this process draws through another platform.
+        RenderError: EGL is missing or this process renders through another platform.
         MissingPackageError: pyrender is not installed.
     """
     claim_platform("egl", "pyrender")
@@ -50,7 +50,7 @@ def open_offscreen(device: int) -> tuple[Any, str]:
             ) from error
     elif os.environ.get("EGL_DEVICE_ID") != str(device):
         raise RenderError(
-            f"pyrender draws on EGL device {os.environ.get('EGL_DEVICE_ID')} in this process; "
+            f"pyrender renders on EGL device {os.environ.get('EGL_DEVICE_ID')} in this process; "
             f"start another process for device {device}"
         )
     _in_use = True

@@ -159,14 +159,14 @@ class RasterRenderer:
 
     def _loaded_scene(self) -> LoadedScene:
         if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before drawing")
+            raise RenderError("no scene is loaded; call load(scene) before rendering")
         return self._scene
 
     def _targets_for(self, context: moderngl.Context, camera: PinholeCamera) -> ImageTargets:
         size = (camera.width, camera.height)
         if max(size) > MAX_IMAGE_PX:
             raise RenderError(
-                f"an image of {size[0]} x {size[1]} is too large; the raster backend draws {MAX_IMAGE_PX} px"
+                f"an image of {size[0]} x {size[1]} is too large; the raster backend renders {MAX_IMAGE_PX} px"
             )
         if self._targets is None or self._targets.size != size:
             before, self._targets = self._targets, ImageTargets(context, size)

@@ -49,7 +49,7 @@ class Runner:
         seed: Of its scenes.
         methods: "ground truth", or estimators as tables name them (``warehouse_sim.benchmark.entrants.ways``).
         conditions: Levels.
-        renderer: Draws.
+        renderer: Renders the images.
         kept: Rows so far.
         masks: "gt", or a front end by name.
         min_score: Below this an estimate does not count.

@@ -56,7 +56,7 @@ class Odometry:
     Args:
         start: Of the truck.
         drift: What is wrong with it.
-        rng: Draws the errors of this approach.
+        rng: Samples the errors of this approach.
     """
 
     def __init__(self, start: FloorPose, drift: Drift, rng: np.random.Generator) -> None:

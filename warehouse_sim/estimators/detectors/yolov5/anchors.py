@@ -31,7 +31,7 @@ def cluster_anchors(boxes_wh: Float[np.ndarray, "k 2"], count: int, rng: np.rand
     Args:
         boxes_wh: Sizes of at least one box (px).
         count: Number of anchors.
-        rng: Draws the first centres (Arthur & Vassilvitskii, "k-means++", SODA 2007).
+        rng: Samples the first centres (Arthur & Vassilvitskii, "k-means++", SODA 2007).
     """
     points = np.log(np.maximum(np.asarray(boxes_wh, dtype=float), 1.0))
     centres = _first_centres(points, count, rng)

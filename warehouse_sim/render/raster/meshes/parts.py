@@ -219,7 +219,7 @@ def _parts_by_mesh(scene: SceneSpec) -> dict[TriangleMesh, list[tuple[ObjectInst
             require_material(scene, instance, part)
             groups.setdefault(part.mesh, []).append((instance, number, part))
     if not groups:
-        raise RenderError(f"scene {scene.scene_index} holds nothing to draw; add objects with parts")
+        raise RenderError(f"scene {scene.scene_index} holds nothing to render; add objects with parts")
     return groups
 
 

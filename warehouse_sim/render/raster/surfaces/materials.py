@@ -41,7 +41,7 @@ class MaterialTable:
         ribbed: Collection[str],
     ) -> None:
         if len(materials) > _LIMIT:
-            raise RenderError(f"a scene holds {len(materials)} materials; the raster backend draws at most {_LIMIT}")
+            raise RenderError(f"a scene holds {len(materials)} materials; the raster backend renders at most {_LIMIT}")
         self.row = {name: number for number, name in enumerate(materials)}
         self.library, self.pictures = library, pictures
         layers = library.require(item.texture for item in materials.values() if item.texture is not None)

@@ -41,7 +41,7 @@ class PictureLibrary:
         """
         wanted = sorted(set(names))
         if len(wanted) > MAX_PICTURES:
-            raise RenderError(f"a scene shows {len(wanted)} pictures; the raster backend draws at most {MAX_PICTURES}")
+            raise RenderError(f"{len(wanted)} pictures in a scene; the raster backend renders at most {MAX_PICTURES}")
         if not self._layers.keys() >= set(wanted):
             self._layers = {name: self._layers.get(name, _texels(name)) for name in wanted}
             self.array.release()

@@ -35,7 +35,7 @@ class Rig:
     speckle: float = 0.25
     """Contrast of laser speckle in a pixel, which differs between the cameras. Chosen with the light of
     the dots and the matcher's window and threshold by looking at a few runs, so that the sigma of a D435 at 2 m and the
-    share read look as published."""
+    fraction read look as published."""
     blur_px: float = 0.5
     """Standard deviation of the lens's blur; no source."""
     electrons: float = 3500.0
