@@ -24,7 +24,7 @@ _WAYS = {sku: [name for name, (one, _) in OPEN_CARTONS.items() if one == sku] fo
 
 
 def open_flaps(draft: SceneDraft, fraction: float, rng: np.random.Generator) -> None:
-    """Open a fraction (0-1) of the cartons up to picking height, where there is room above; ids and places stay.
+    """Open a fraction (0-1) of the cartons up to picking height, where there is space above; ids and places stay.
 
     Loads with film or posts around them, and what is fixed behind the aisle, stay closed.
     """
@@ -41,24 +41,24 @@ def open_flaps(draft: SceneDraft, fraction: float, rng: np.random.Generator) -> 
         if rng.random() >= fraction:
             continue
         model, closed = catalog_object(_WAYS[item.model][int(rng.integers(2))]), draft.models[item.model]
-        room = _room_of_flaps(item, closed, model)
-        corners = room.corners()
+        space = _space_of_flaps(item, closed, model)
+        corners = space.corners()
         near = solids.near(corners.min(axis=0), corners.max(axis=0), 0.01) & (solids.owner != item.instance_id)
-        if solids.boxes.subset(near).clear_of(room, 0.0) and BoxStack.of(opened).clear_of(room, 0.0):
+        if solids.boxes.subset(near).clear_of(space, 0.0) and BoxStack.of(opened).clear_of(space, 0.0):
             draft.models[model.name] = model
             rise = make_transform(translation=np.array([0.0, 0.0, (model.size[2] - closed.size[2]) / 2]))
             draft.instances[place] = replace(item, model=model.name, T_world_object=item.T_world_object @ rise)
-            opened.append(room)
+            opened.append(space)
     used = {item.model for item in draft.instances}
     for name in [name for name in draft.models if name not in used]:
         del draft.models[name]
 
 
-def _room_of_flaps(item: ObjectInstance, closed: ObjectModel, model: ObjectModel) -> OrientedBox:
+def _space_of_flaps(item: ObjectInstance, closed: ObjectModel, model: ObjectModel) -> OrientedBox:
     """Return the box over a closed carton that the flaps of the open one take."""
     length, width, height = model.size - [0.0, 0.0, closed.size[2]]
-    T_object_room = make_transform(translation=np.array([0.0, 0.0, (closed.size[2] + height) / 2 + _LIFT]))
-    return OrientedBox(item.T_world_object @ T_object_room, np.array([length, width, height]))
+    T_object_space = make_transform(translation=np.array([0.0, 0.0, (closed.size[2] + height) / 2 + _LIFT]))
+    return OrientedBox(item.T_world_object @ T_object_space, np.array([length, width, height]))
 
 
 _VARIANTS = 3

@@ -18,7 +18,7 @@ from warehouse_sim.scene.packing.carriers import sample_carrier
 from warehouse_sim.scene.packing.contents import one_article, that_carry
 from warehouse_sim.scene.packing.pallet_choice import all_pallets, on_these, sample_pallet
 from warehouse_sim.scene.placing import jitter_scale
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, space_on
 from warehouse_sim.schema import ObjectModel
 
 STACKING_LOAD = 4000.0
@@ -116,10 +116,10 @@ def _sample_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: n
     stack: Stack = []
     height, spare = 0.0, np.inf
     for number in range(wanted):
-        room = lane.clear_height - height
+        headroom = lane.clear_height - height
         try:
             config_of = top if number == wanted - 1 else full
-            load = build_unit_load(room, config_of, rng, lane.footprint, spare, on_floor=not stack)
+            load = build_unit_load(headroom, config_of, rng, lane.footprint, spare, on_floor=not stack)
         except PlacementError:
             if stack:
                 break  # the stack ends where its goods are too high for the rest of the room, or too heavy
@@ -184,7 +184,7 @@ def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator,
     alike = [model for model in all_pallets(loads) if model.obj_id == pallet.obj_id]
     if loads.stacking.crush_rule and stacked:
         loads = that_carry(loads, _deck(pallet))
-    return on_these(one_article(room_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
+    return on_these(one_article(space_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
 
 
 def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:

@@ -19,7 +19,7 @@ from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
 from warehouse_sim.scene.packing.contents import one_article
 from warehouse_sim.scene.placing import jitter_scale
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, room_on
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, space_on
 
 _CLEARANCE = 0.01
 """Least distance between two loads or a load and the rack (m)."""
@@ -118,8 +118,8 @@ def one_kind(
     if not names:
         raise PlacementError(f"none of the recipe's pallets fits a lane's {footprint} m; list a smaller one")
     name = str(rng.choice(names))
-    room = room_on(catalog_object(name), headroom, loads.overhang_mm.low)
-    return replace(one_article(room, loads, rng), pallets=(name,))
+    space = space_on(catalog_object(name), headroom, loads.overhang_mm.low)
+    return replace(one_article(space, loads, rng), pallets=(name,))
 
 
 def _fill_bay(

@@ -16,7 +16,7 @@ from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.packing.bearing import LEAST_SUPPORT, bearing, bearing_under_boards, supported_fraction
 from warehouse_sim.scene.packing.carriers import sample_carrier
-from warehouse_sim.scene.packing.contents import Goods, Room, sample_goods
+from warehouse_sim.scene.packing.contents import Goods, LoadSpace, sample_goods
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.pallet_choice import sample_pallet
 from warehouse_sim.scene.packing.securing import FilmConfig, corner_posts, film_around
@@ -166,9 +166,9 @@ def build_unit_load(
         centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
         pieces.append((model, make_transform(rotation_z(turn), centre)))
         floor += INITIAL_AIR + float(model.size[2])
-    room = room_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.sample(rng), most_mass)
+    space = space_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.sample(rng), most_mass)
     T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
-    goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in sample_goods(room, config, rng)]
+    goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in sample_goods(space, config, rng)]
     pieces += goods + _securing(goods, pallet, floor, config, rng)
     return UnitLoad(tuple(pieces))
 
@@ -184,7 +184,7 @@ def _of_carrier(carrier: ObjectModel, pallet: ObjectModel | None) -> UnitLoad:
     return UnitLoad(tuple(pieces))
 
 
-def room_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass: float = np.inf) -> Room:
+def space_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass: float = np.inf) -> LoadSpace:
     """Return the room for goods on a pallet.
 
     Args:
@@ -195,7 +195,7 @@ def room_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass:
     """
     length, width, height = pallet.size.tolist()
     overhang = 2 * overhang_mm / 1000
-    return Room(
+    return LoadSpace(
         area=(length + overhang, width + overhang),
         height=headroom - height - _HEADROOM_LEFT,
         payload=min(safe_working_load(pallet), most_mass - pallet.mass) - _SECURING_MASS,

@@ -18,9 +18,9 @@ from warehouse_sim.catalog.building.shell import (
 )
 from warehouse_sim.catalog.building.structure import CEILING_SIZE, TRUSS_SIZE, highbay_luminaire
 
-_ROOM = "warehouse_sim.catalog.building"
+_HERE = "warehouse_sim.catalog.building"
 BUILDING = {
-    name: f"{_ROOM}.{place}"
+    name: f"{_HERE}.{place}"
     for name, place in {
         "floor_slab": "shell:floor_slab",
         "floor_slab_jointed": "shell:jointed_slab",

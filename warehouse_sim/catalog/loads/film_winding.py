@@ -119,8 +119,8 @@ def _turns(skin: FilmSkin, start: float, slack: float) -> dict[str, list[Sheet]]
 
 def _bands(skin: FilmSkin) -> tuple[float, float]:
     """Return up to where the dense band at the foot reaches and from where the one at the top does (m)."""
-    room = skin.high - skin.low
-    return skin.low + min(_FOOT, 0.35 * room), skin.high - min(_HEAD, 0.3 * room)
+    span = skin.high - skin.low
+    return skin.low + min(_FOOT, 0.35 * span), skin.high - min(_HEAD, 0.3 * span)
 
 
 def _strip(low: np.ndarray, high: np.ndarray) -> Sheet:
@@ -138,13 +138,13 @@ def _ribbon(skin: FilmSkin, column: np.ndarray, height: np.ndarray, width: np.nd
 def _folds(skin: FilmSkin, rng: np.random.Generator) -> list[Sheet]:
     """Return folds that run slantwise over a side from a corner, where film is pulled down or up."""
     folds = []
-    room = skin.high - skin.low
+    span = skin.high - skin.low
     for corner in np.flatnonzero(rng.random(4) < 0.9):
         for _ in range(int(rng.integers(2, 6))):
             reach, sign = rng.uniform(0.25, 0.95) * _SIDE, rng.choice([-1.0, 1.0])
             fraction = np.linspace(0.0, 1.0, 9)
-            drop = rng.uniform(0.05, 0.4) * min(1.0, room) * rng.choice([-1.0, 1.0])
-            height = skin.low + room * rng.uniform(0.08, 0.92) + drop * fraction + 0.012 * np.sin(7.0 * fraction)
+            drop = rng.uniform(0.05, 0.4) * min(1.0, span) * rng.choice([-1.0, 1.0])
+            height = skin.low + span * rng.uniform(0.08, 0.92) + drop * fraction + 0.012 * np.sin(7.0 * fraction)
             width = rng.uniform(0.004, 0.014) * (1.0 - 0.8 * fraction)
             column = (corner * _SIDE + sign * reach * fraction) % COLUMNS
             order = slice(None) if sign > 0 else slice(None, None, -1)
@@ -169,8 +169,8 @@ def _edges(skin: FilmSkin, start: float, slack: float) -> list[Sheet]:
 
 def _tail(skin: FilmSkin, rng: np.random.Generator) -> Sheet:
     """Return the end of the film, which hangs down roped from where it was torn off and tucked in."""
-    room = skin.high - skin.low
-    top = skin.low + room * rng.uniform(0.45, 0.85)
+    span = skin.high - skin.low
+    top = skin.low + span * rng.uniform(0.45, 0.85)
     drop = min(rng.uniform(0.15, 0.45), 0.9 * (top - skin.low))
     fraction = np.linspace(0.0, 1.0, 10)
     centre = _SIDE * rng.integers(4) + rng.uniform(1.5, _SIDE - 1.5) + 0.25 * np.sin(rng.uniform(3.0, 7.0) * fraction)

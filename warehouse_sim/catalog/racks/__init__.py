@@ -26,12 +26,12 @@ from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
 from warehouse_sim.catalog.racks.shelves import BINS
 from warehouse_sim.catalog.racks.upright import HOLE_PITCH, UPRIGHT_DEPTH, UPRIGHT_WIDTH
 
-_ROOM = "warehouse_sim.catalog.racks"
+_HERE = "warehouse_sim.catalog.racks"
 RACKS = {
-    **dict.fromkeys(FRAME_HEIGHTS, f"{_ROOM}.frame:rack_frame"),
-    **{name: f"{_ROOM}.beams:{builder.__name__}" for name, builder in BEAM_BUILDERS.items()},
+    **dict.fromkeys(FRAME_HEIGHTS, f"{_HERE}.frame:rack_frame"),
+    **{name: f"{_HERE}.beams:{builder.__name__}" for name, builder in BEAM_BUILDERS.items()},
     **{
-        name: f"{_ROOM}.accessories:{name}"
+        name: f"{_HERE}.accessories:{name}"
         for name in (
             "mesh_deck",
             "pallet_support_bar",
@@ -42,14 +42,14 @@ RACKS = {
             "row_spacer",
         )
     },
-    "load_notice": f"{_ROOM}.accessories:load_notice",
-    **{name: f"{_ROOM}.drive_in:{name}" for name in ("drive_in_rail", "drive_in_tie")},
-    **dict.fromkeys(CANTILEVERS, f"{_ROOM}.cantilever:cantilever_column"),
-    "cantilever_brace": f"{_ROOM}.cantilever:cantilever_brace",
-    **{name: f"{_ROOM}.long_goods:{name}" for name in LONG_GOODS},
-    "shelf_bay": f"{_ROOM}.shelves:shelf_bay",
-    **dict.fromkeys(BINS, f"{_ROOM}.shelves:storage_bin"),
-    **{name: f"{_ROOM}.platform:{name}" for name in ("platform_panel", "platform_column", "platform_railing")},
+    "load_notice": f"{_HERE}.accessories:load_notice",
+    **{name: f"{_HERE}.drive_in:{name}" for name in ("drive_in_rail", "drive_in_tie")},
+    **dict.fromkeys(CANTILEVERS, f"{_HERE}.cantilever:cantilever_column"),
+    "cantilever_brace": f"{_HERE}.cantilever:cantilever_brace",
+    **{name: f"{_HERE}.long_goods:{name}" for name in LONG_GOODS},
+    "shelf_bay": f"{_HERE}.shelves:shelf_bay",
+    **dict.fromkeys(BINS, f"{_HERE}.shelves:storage_bin"),
+    **{name: f"{_HERE}.platform:{name}" for name in ("platform_panel", "platform_column", "platform_railing")},
 }
 """Catalog name -> where its builder is."""
 

@@ -26,7 +26,7 @@ def shelf_tops() -> list[float]:
     return [_FIRST + _STEP * number for number in range(SHELF_COUNT)]
 
 
-SHELF_ROOM = _STEP - SHELF_SHEET
+SHELF_CLEARANCE = _STEP - SHELF_SHEET
 """Free height over a shelf that has another above it (m)."""
 
 

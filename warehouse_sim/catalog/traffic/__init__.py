@@ -7,17 +7,17 @@ from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES, WRAPS
 from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_NAME
 from warehouse_sim.catalog.traffic.working import WORKING
 
-_ROOM = "warehouse_sim.catalog.traffic"
+_HERE = "warehouse_sim.catalog.traffic"
 TRAFFIC = {
-    **dict.fromkeys(PEOPLE, f"{_ROOM}.people:person"),
-    **{name: f"{_ROOM}.trucks:{name}" for name in ("pallet_jack", "forklift", "reach_truck")},
-    **dict.fromkeys(CONES, f"{_ROOM}.obstacles:cone"),
-    **dict.fromkeys(WRAPS, f"{_ROOM}.obstacles:hanging_wrap"),
-    **dict.fromkeys(WORKERS_BY_NAME, f"{_ROOM}.people:worker"),
-    **dict.fromkeys(FINE_CONES, f"{_ROOM}.obstacles:traffic_cone"),
-    **dict.fromkeys(WORKING, f"{_ROOM}.working:working_truck"),
-    "bollard": f"{_ROOM}.obstacles:bollard",
-    "floor_sign": f"{_ROOM}.obstacles:floor_sign",
+    **dict.fromkeys(PEOPLE, f"{_HERE}.people:person"),
+    **{name: f"{_HERE}.trucks:{name}" for name in ("pallet_jack", "forklift", "reach_truck")},
+    **dict.fromkeys(CONES, f"{_HERE}.obstacles:cone"),
+    **dict.fromkeys(WRAPS, f"{_HERE}.obstacles:hanging_wrap"),
+    **dict.fromkeys(WORKERS_BY_NAME, f"{_HERE}.people:worker"),
+    **dict.fromkeys(FINE_CONES, f"{_HERE}.obstacles:traffic_cone"),
+    **dict.fromkeys(WORKING, f"{_HERE}.working:working_truck"),
+    "bollard": f"{_HERE}.obstacles:bollard",
+    "floor_sign": f"{_HERE}.obstacles:floor_sign",
 }
 """Catalog name -> where its builder is."""
 WORKING_CLASSES = ("amr", "cart", "forklift", "pallet_jack", "person", "tugger")

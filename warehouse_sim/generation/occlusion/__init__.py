@@ -52,8 +52,8 @@ def request_views(
     """
     if scene.aisle is None:
         raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
-    room = max(0.8, recipe.viewpoints.clearance, config.camera_clearance)
-    occluded = OccludedScene(scene, raycaster, camera, Area(*scene.aisle), room)
+    clearance = max(0.8, recipe.viewpoints.clearance, config.camera_clearance)
+    occluded = OccludedScene(scene, raycaster, camera, Area(*scene.aisle), clearance)
     fixed = [viewpoint for viewpoint in scene.viewpoints if viewpoint.sequence is not None]
     sampler = OccluderSampler(recipe.loads, rng)
     requests: list[Request] = []

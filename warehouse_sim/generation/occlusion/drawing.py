@@ -19,7 +19,7 @@ from warehouse_sim.scene.packing.pallet_choice import on_these, sample_pallet
 from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
-_ROOM = 1.5
+_HEADROOM = 1.5
 """Height that one unit load may take (m)."""
 _SKEW = Distribution.normal(0.0, 1.2, -3.5, 3.5)
 """Turn of a piece of a column or stack against the one below (deg)."""
@@ -82,11 +82,11 @@ class OccluderSampler:
 
     def _loads_on_each_other(self, kind: str, height: float, loads: UnitLoadConfig) -> Occluder | None:
         """Return a unit load, or one on another where one alone is not high enough."""
-        goods = Distribution.uniform(max(0.3, min(height, _ROOM) - 0.3), max(0.6, min(height, _ROOM)))
+        goods = Distribution.uniform(max(0.3, min(height, _HEADROOM) - 0.3), max(0.6, min(height, _HEADROOM)))
         tall = replace(loads, height=goods)
         try:
-            alone = build_unit_load(_ROOM, tall, self._rng)
-            stack = (alone,) if alone.height >= min(height, _ROOM + 0.3) else self._pair(tall)
+            alone = build_unit_load(_HEADROOM, tall, self._rng)
+            stack = (alone,) if alone.height >= min(height, _HEADROOM + 0.3) else self._pair(tall)
         except PlacementError:
             return None
         draft, base = SceneDraft(), 0.0
@@ -106,9 +106,9 @@ class OccluderSampler:
         level = replace(upper.stacking, top_layer_fraction=Distribution.constant(1.0))
         full = replace(upper, mixed_fraction=0.0, sack_fraction=0.0, stacking=level)
         for _ in range(_PAIRS):
-            below = build_unit_load(_ROOM, full, self._rng)
+            below = build_unit_load(_HEADROOM, full, self._rng)
             if below.supports(below.pallet, np.eye(4)):
-                return below, build_unit_load(_ROOM, upper, self._rng, most_mass=below.bearing)
+                return below, build_unit_load(_HEADROOM, upper, self._rng, most_mass=below.bearing)
         raise PlacementError(f"none of {_PAIRS} loads is broad enough to carry another; list goods that fill a pallet")
 
     def column(self, height: float) -> Occluder | None:

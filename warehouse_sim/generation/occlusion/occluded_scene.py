@@ -20,7 +20,7 @@ from warehouse_sim.scene.viewpoints.free_space import UNDERFOOT, FreeSpace
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 BEYOND = 0.2
-"""How far something may stand out over the aisle's edge (m), where there is room."""
+"""How far something may stand out over the aisle's edge (m), where there is space."""
 _MARGIN = 0.05
 """How far parts of an object may stand out of its collision boxes (m)."""
 
@@ -42,14 +42,16 @@ class OccludedScene:
         raycaster: Of that scene.
         camera: With which intrinsics it is seen.
         area: The aisle.
-        room: Cameras are never nearer than this to anything (m), nor occluders.
+        clearance: Cameras are never nearer than this to anything (m), nor occluders.
     """
 
-    def __init__(self, scene: SceneSpec, raycaster: RayCaster, camera: PinholeCamera, area: Area, room: float) -> None:
+    def __init__(
+        self, scene: SceneSpec, raycaster: RayCaster, camera: PinholeCamera, area: Area, clearance: float
+    ) -> None:
         self.scene = scene
         self.camera = camera
         self.area = area
-        self.solids = _in_reach(Solids.of(scene.instances, scene.models), area, room)
+        self.solids = _in_reach(Solids.of(scene.instances, scene.models), area, clearance)
         self.targets = tuple(scene.target_instances())
         self.placed: list[Placed] = []
         self.instance_of = {item.instance_id: item for item in scene.instances}
@@ -116,11 +118,11 @@ class OccludedScene:
         return self._alone[item.model]
 
 
-def _in_reach(solids: Solids, area: Area, room: float) -> Solids:
-    """Return the solids that something in the aisle ``area`` may come within ``room`` (m) of."""
+def _in_reach(solids: Solids, area: Area, clearance: float) -> Solids:
+    """Return the solids that something in the aisle ``area`` may come within ``clearance`` (m) of."""
     low, high = solids.extents
-    near = (high[:, 0] > area.x_min - room) & (low[:, 0] < area.x_max + room)
-    near &= (high[:, 1] > area.y_min - room) & (low[:, 1] < area.y_max + room)
+    near = (high[:, 0] > area.x_min - clearance) & (low[:, 0] < area.x_max + clearance)
+    near &= (high[:, 1] > area.y_min - clearance) & (low[:, 1] < area.y_max + clearance)
     return solids.subset(near & (high[:, 2] > UNDERFOOT))
 
 

@@ -54,7 +54,7 @@ def views_of(
     shown.sort(key=lambda number: number != own.target)
     while own.sequence is not None and shown:
         yield from (_view(occluded, replace(own, target=number), rays) for number in shown)
-    for number in shown[:1] if space.has_room(own, config.clearance) else ():
+    for number in shown[:1] if space.is_clear(own, config.clearance) else ():
         yield _view(occluded, replace(own, target=number), rays)
     low = [item for item in space.targets if item.T_world_object[2, 3] < _WITHIN_REACH]
     misses = 0
@@ -271,8 +271,8 @@ class Search:
             return None
         box = occluder.envelope.placed(T_world_occluder)
         cameras = [viewpoint, *self.fixed, *(item.viewpoint for item in self.previous_views if item is not None)]
-        room = keeps_clear(box, cameras, self.config.camera_clearance)
-        if not room or not keeps_clear(box, self.next_viewpoints, _LEAST_CLEARANCE):
+        clear = keeps_clear(box, cameras, self.config.camera_clearance)
+        if not clear or not keeps_clear(box, self.next_viewpoints, _LEAST_CLEARANCE):
             self.failures[NO_FLOOR] += 1
             return None
         for other in self.previous_views:

@@ -62,24 +62,24 @@ class FreePlaces:
     def __init__(self, draft: SceneDraft, kept: Sequence[OrientedBox] = ()) -> None:
         self._draft, self._kept = draft, BoxStack.of(list(kept))
 
-    def add(self, model: ObjectModel, pose: Transform, room: float = 0.1) -> bool:
-        """Add ``model`` unless something comes nearer than ``room`` (m); return whether it was added."""
-        if not self.is_free(model, pose, room):
+    def add(self, model: ObjectModel, pose: Transform, clearance: float = 0.1) -> bool:
+        """Add ``model`` unless something comes nearer than ``clearance`` (m); return whether it was added."""
+        if not self.is_free(model, pose, clearance):
             return False
         self._draft.add(model, pose)
         return True
 
-    def is_free(self, model: ObjectModel, pose: Transform, room: float) -> bool:
-        """Return whether nothing but the shell comes within ``room`` (m) of the model's box."""
+    def is_free(self, model: ObjectModel, pose: Transform, clearance: float) -> bool:
+        """Return whether nothing but the shell comes within ``clearance`` (m) of the model's box."""
         if not self._kept.clear_of(OrientedBox(pose, model.size), _BESIDE_LOADS):
             return False
         half = np.abs(pose[:3, :3]) @ model.size / 2
         solids = self._draft.solids()
-        near = solids.near(pose[:3, 3] - half, pose[:3, 3] + half, room)
+        near = solids.near(pose[:3, 3] - half, pose[:3, 3] + half, clearance)
         _, high = solids.extents
         near &= high[:, 2] > 0.03
         owners = set(solids.owner[near].tolist())
-        return all(self._is_shell(number) for number in owners) and not self._blocks_door(pose[:3, 3], half + room)
+        return all(self._is_shell(number) for number in owners) and not self._blocks_door(pose[:3, 3], half + clearance)
 
     def along(self, wall: Wall, model: ObjectModel, z: float, rng: np.random.Generator, count: int) -> Iterator[float]:
         """Hang or stand ``count`` of ``model`` at free places of ``wall``, ``z`` their middle; yield those places."""

@@ -35,7 +35,7 @@ _SILL = 0.01
 """Depth of the middle of a dock's sill below the floor (m)."""
 _COLLAR = 0.07
 """Between columns and the wall (m), where their guards go round."""
-_ROOM_BEHIND = 12.0
+_SPACE_BEHIND = 12.0
 """Width that a hall of no given width adds behind an aisle with one side (m)."""
 
 
@@ -121,7 +121,7 @@ def _floor_of(hall: SizedHall, needs: Area, keeps_front: bool, height_needed: fl
     """Return the floor of the hall around what it has to hold (m)."""
     needed = needs.x_max - needs.x_min + 2 * _AISLE_END
     depth = needs.y_max - needs.y_min
-    width = (depth + (_ROOM_BEHIND if keeps_front else 0.0)) if hall.width is None else hall.width
+    width = (depth + (_SPACE_BEHIND if keeps_front else 0.0)) if hall.width is None else hall.width
     free = hall.height - girder_depth(hall.roof or "board", width)
     for key, has, wants, remedy in (
         ("length", hall.length, needed, "layout's bays, lanes or doors"),

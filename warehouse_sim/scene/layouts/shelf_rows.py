@@ -9,7 +9,7 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import SKUS, TOTES
-from warehouse_sim.catalog.racks.shelves import BINS, SHELF_ROOM, SHELF_SIZE, shelf_tops
+from warehouse_sim.catalog.racks.shelves import BINS, SHELF_CLEARANCE, SHELF_SIZE, shelf_tops
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Strip
@@ -48,7 +48,7 @@ def add_shelf_row(
             is_own = own_fraction > 0.0 and bool(rng.random() < own_fraction)
             if not is_own:
                 _fill_shelf(draft, T_world_shelf, fill, rng)
-            strips.append(Strip(T_world_shelf, _CLEAR, _DEPTH, SHELF_ROOM, fill if is_own else 0.0))
+            strips.append(Strip(T_world_shelf, _CLEAR, _DEPTH, SHELF_CLEARANCE, fill if is_own else 0.0))
     return strips
 
 
@@ -72,11 +72,11 @@ def _fill_shelf(draft: SceneDraft, T_world_shelf: Transform, fill: float, rng: n
 @cache
 def _kinds() -> list[list[ObjectModel]]:
     """Return the kinds of things that fit a shelf: bins twice, as they are the rule, containers, cartons."""
-    room = SHELF_ROOM - 0.03
+    height = SHELF_CLEARANCE - 0.03
 
     def fitting(names: list[str]) -> list[list[ObjectModel]]:
         models = [catalog_object(name) for name in names]
-        return [[model] for model in models if min(model.size[:2]) <= 0.41 and model.size[2] <= room]
+        return [[model] for model in models if min(model.size[:2]) <= 0.41 and model.size[2] <= height]
 
     bins = [[catalog_object(name)] for name in BINS]
     small = [name for name in (*TOTES, *SKUS) if max(catalog_object(name).size[:2]) <= 0.46]

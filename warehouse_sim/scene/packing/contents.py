@@ -26,7 +26,7 @@ Goods = list[tuple[ObjectModel, Transform]]
 
 
 @dataclass(frozen=True)
-class Room:
+class LoadSpace:
     """What a load may take."""
 
     area: tuple[float, float]
@@ -37,27 +37,27 @@ class Room:
     """Greatest mass (kg)."""
 
 
-def sample_goods(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+def sample_goods(space: LoadSpace, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
     """Draw the goods of a loaded pallet; no piece bears more than its stacking strength.
 
     Raises:
-        PlacementError: Nothing that the recipe lists fits ``room``, or pieces cannot be jittered as asked.
+        PlacementError: Nothing that the recipe lists fits ``space``, or pieces cannot be jittered as asked.
     """
     names, rule = _kind(config, rng), config.stacking.crush_rule
     if names is config.cartons and config.mixed_fraction > 0.0 and rng.random() < config.mixed_fraction:
-        return without_overload(_mixed(room, config, rng), crush_rule=rule)
-    return without_overload(_equal(names, room, config, rng), crush_rule=rule)
+        return without_overload(_mixed(space, config, rng), crush_rule=rule)
+    return without_overload(_equal(names, space, config, rng), crush_rule=rule)
 
 
-def one_article(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
+def one_article(space: LoadSpace, config: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
     """Draw one article as the recipe's shares say: ``config`` with one stock-keeping unit in one pattern.
 
     Raises:
-        PlacementError: Nothing of the kind that is sampled fits ``room``.
+        PlacementError: Nothing of the kind that is sampled fits ``space``.
     """
     names = _kind(config, rng)
-    model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
-    listed = _listed_patterns(model, room, config)
+    model = catalog_object(str(rng.choice(_that_stack(names, space, config))))
+    listed = _listed_patterns(model, space, config)
     if names is config.goods:
         one_name = next(name for name in names if catalog_object(name) is model)
         alone = replace(
@@ -121,13 +121,13 @@ def _kind(config: UnitLoadConfig, rng: np.random.Generator) -> tuple[str, ...]:
     return config.cartons
 
 
-def _equal(names: tuple[str, ...], room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+def _equal(names: tuple[str, ...], space: LoadSpace, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
     """Draw layers of one kind of piece."""
-    model = catalog_object(str(rng.choice(_that_stack(names, room, config))))
-    cycle = _cycle(model, room, config, rng)
-    wanted = min(config.height.sample(rng), room.height)
+    model = catalog_object(str(rng.choice(_that_stack(names, space, config))))
+    cycle = _cycle(model, space, config, rng)
+    wanted = min(config.height.sample(rng), space.height)
     per_layer = max(map(len, cycle))
-    limit = int(room.payload / (model.mass * per_layer))
+    limit = int(space.payload / (model.mass * per_layer))
     layers = max(1, min(int(wanted / model.size[2]), config.max_cartons // per_layer, limit))
     is_round = model.class_name == "drum"
     tiers = [Tier(model.size, cycle[level % len(cycle)], is_round) for level in range(layers)]
@@ -143,20 +143,20 @@ def _one_of_its_shapes(name: str, T_floor_piece: Transform) -> ObjectModel:
     return catalog_object(shapes[zlib.crc32(T_floor_piece.tobytes()) % len(shapes)])
 
 
-def _that_stack(names: Sequence[str], room: Room, config: UnitLoadConfig) -> list[str]:
-    """Return those of ``names`` that fit ``room`` and, under the crush rule, bear their like; all that fit if none do.
+def _that_stack(names: Sequence[str], space: LoadSpace, config: UnitLoadConfig) -> list[str]:
+    """Return those of ``names`` that fit ``space`` and, under the crush rule, bear their like; all that fit if none do.
 
     Raises:
         PlacementError: None fits.
     """
-    fitting = _that_fit(names, room)
+    fitting = _that_fit(names, space)
     if not config.stacking.crush_rule:
         return fitting
     return [name for name in fitting if bears(model := catalog_object(name)) >= model.mass] or fitting
 
 
-def _that_fit(names: Sequence[str], room: Room) -> list[str]:
-    """Return those of ``names`` of which a layer fits ``room``.
+def _that_fit(names: Sequence[str], space: LoadSpace) -> list[str]:
+    """Return those of ``names`` of which a layer fits ``space``.
 
     Raises:
         PlacementError: There are none.
@@ -164,33 +164,33 @@ def _that_fit(names: Sequence[str], room: Room) -> list[str]:
     fitting = []
     for name in names:
         model = catalog_object(name)
-        layer = pattern_layers("column", model.size, room.area, 0.0)
-        if layer and model.size[2] <= room.height and model.mass * len(layer[0]) <= room.payload:
+        layer = pattern_layers("column", model.size, space.area, 0.0)
+        if layer and model.size[2] <= space.height and model.mass * len(layer[0]) <= space.payload:
             fitting.append(name)
     if not fitting:
         shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
         raise PlacementError(
-            f"none of {shown} fits {room.area[0]:.2f} x {room.area[1]:.2f} m, {room.height:.2f} m high, with at most "
-            f"{room.payload:.0f} kg, above a pallet; raise beam_levels or list smaller, lower or lighter goods"
+            f"none of {shown} fits {space.area[0]:.2f} x {space.area[1]:.2f} m, {space.height:.2f} m high, with at "
+            f"most {space.payload:.0f} kg, above a pallet; raise beam_levels or list smaller, lower or lighter goods"
         )
     return fitting
 
 
-def _cycle(model: ObjectModel, room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Cycle:
+def _cycle(model: ObjectModel, space: LoadSpace, config: UnitLoadConfig, rng: np.random.Generator) -> Cycle:
     """Draw the pattern among those of the recipe that the piece's size allows; columns when it allows none."""
-    listed = _listed_patterns(model, room, config)
+    listed = _listed_patterns(model, space, config)
     # Pieces without corners stand in columns: nothing about them interlocks.
     chosen = listed[int(rng.integers(len(listed)))] if len(listed) > 1 and model.class_name != "drum" else listed[0]
-    return pattern_layers(chosen, model.size, room.area, config.stacking.gap_mm / 1000)
+    return pattern_layers(chosen, model.size, space.area, config.stacking.gap_mm / 1000)
 
 
-def _listed_patterns(model: ObjectModel, room: Room, config: UnitLoadConfig) -> list[Pattern]:
+def _listed_patterns(model: ObjectModel, space: LoadSpace, config: UnitLoadConfig) -> list[Pattern]:
     """Return those patterns of the recipe that the piece's size allows; columns when it allows none."""
     gap = config.stacking.gap_mm / 1000
-    possible = possible_patterns(model.size, room.area, gap)
+    possible = possible_patterns(model.size, space.area, gap)
     if config.stacking.crush_rule:
         possible = tuple(
-            pattern for pattern in possible if _layers_bear(pattern_layers(pattern, model.size, room.area, gap), model)
+            pattern for pattern in possible if _layers_bear(pattern_layers(pattern, model.size, space.area, gap), model)
         )
     return [pattern for pattern in config.patterns if pattern in possible] or ["column"]
 
@@ -201,21 +201,21 @@ def _layers_bear(cycle: Cycle, model: ObjectModel) -> bool:
     return all(layer_fraction(lower, upper, model.size) >= LEAST_LAYER for lower, upper in pairs)
 
 
-def _mixed(room: Room, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
+def _mixed(space: LoadSpace, config: UnitLoadConfig, rng: np.random.Generator) -> Goods:
     """Draw a picked order: up to ``max_cartons`` cartons of several SKUs, those that press hardest first."""
-    names = _that_fit(config.cartons, room)
+    names = _that_fit(config.cartons, space)
     names = list(rng.permutation(names)[: int(rng.integers(2, 6))])
-    height = min(config.height.sample(rng), room.height)
+    height = min(config.height.sample(rng), space.height)
     count = int(rng.integers(max(1, config.max_cartons // 2), config.max_cartons + 1))
     order = [catalog_object(str(name)) for name in rng.choice(names, count)]
     rule = config.stacking.crush_rule
     order.sort(key=_heaviest_first if rule else _broadest_first)
     masses = np.cumsum([model.mass for model in order])
-    order = [model for model, total in zip(order, masses, strict=True) if total <= room.payload]
+    order = [model for model, total in zip(order, masses, strict=True) if total <= space.payload]
     sizes = [model.size for model in order]
     # As in the patterns, gaps come on top: as many of the broadest piece fit side by side as would without gaps.
     broadest = max(float(min(size[:2])) for size in sizes)
-    area = tuple(edge + max(1, how_many(edge, broadest)) * config.stacking.gap_mm / 1000 for edge in room.area)
+    area = tuple(edge + max(1, how_many(edge, broadest)) * config.stacking.gap_mm / 1000 for edge in space.area)
     tallest = max(float(size[2]) for size in sizes)
     rests = _rests(order) if rule else None
     placed = pack_mixed(sizes, (area[0], area[1]), max(height, tallest + 0.001), config.stacking, rng, rests)

@@ -44,7 +44,7 @@ def blocked_views(scene: SceneSpec, config: ViewpointsConfig, space: FreeSpace) 
     lost = []
     for number, view in enumerate(scene.viewpoints):
         target = target_of.get(view.target) if view.target is not None else None
-        stands = space.has_room(view, config.clearance, lift)
+        stands = space.is_clear(view, config.clearance, lift)
         if not stands or (target is not None and not shows(view, target, space, config)):
             lost.append(number)
     return lost

@@ -32,9 +32,9 @@ class Mount:
         T_world_camera = self.mounting.camera(T_world_vehicle, self.height, self.pitch, self.roll)
         return Viewpoint(T_world_camera, self.kind, T_world_vehicle=T_world_vehicle)
 
-    def has_room(self, pose: FloorPose, space: FreeSpace, clearance: float) -> bool:
+    def is_clear(self, pose: FloorPose, space: FreeSpace, clearance: float) -> bool:
         """Return whether camera and vehicle are clear of all objects at ``pose``; ``clearance`` (m) is the camera's."""
-        return space.has_room(self.view(pose), clearance, self.lift)
+        return space.is_clear(self.view(pose), clearance, self.lift)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ _EDGE = 0.3
 """Least distance from the camera to the aisle's edge (m)."""
 _ABOVE_FLOOR = 0.1
 """Least height of a camera (m)."""
-_BODY_ROOM = 0.08
+_BODY_CLEARANCE = 0.08
 """Least distance from a vehicle to any object (m)."""
 _ROUNDING = 1e-6
 """Boxes that are this much farther than asked (m) are still measured, so that rounding decides nothing."""
@@ -71,7 +71,7 @@ class FreeSpace:
             raise PlacementError(f"scene {scene.scene_index} of seed {scene.seed} does not say where its aisle is")
         return cls.of(scene.instances, scene.models, scene.targets, Area(*scene.aisle))
 
-    def has_room(self, viewpoint: Viewpoint, clearance: float, lift: float | None = 0.0) -> bool:
+    def is_clear(self, viewpoint: Viewpoint, clearance: float, lift: float | None = 0.0) -> bool:
         """Return whether a camera and the vehicle that carries it are clear of all objects.
 
         Args:
@@ -94,9 +94,9 @@ class FreeSpace:
     def admits_bodies(self, boxes: Sequence[OrientedBox]) -> bool:
         """Return whether none of a vehicle's ``boxes`` touches an object or comes near one."""
         bodies = BoxStack.of(boxes)
-        pairs = bodies.pairs(self._obstacles, _BODY_ROOM)
+        pairs = bodies.pairs(self._obstacles, _BODY_CLEARANCE)
         distance = bodies.separation(self._obstacles, pairs).distance
-        return bool(np.min(distance, initial=np.inf) >= _BODY_ROOM)
+        return bool(np.min(distance, initial=np.inf) >= _BODY_CLEARANCE)
 
     def sight_fraction(self, eye: Float[np.ndarray, " 3"], target: ObjectInstance) -> float:
         """Return the fraction of a target's nine sample points that no other object's box hides from ``eye`` (m)."""
@@ -144,7 +144,7 @@ def keeps_clear(box: OrientedBox, viewpoints: Iterable[Viewpoint], clearance: fl
     single = BoxStack.of([box])
     return all(
         single.distances_to(viewpoint.T_world_camera[:3, 3])[0] >= clearance
-        and BoxStack.of(vehicle_boxes(viewpoint)).clear_of(box, _BODY_ROOM)
+        and BoxStack.of(vehicle_boxes(viewpoint)).clear_of(box, _BODY_CLEARANCE)
         for viewpoint in viewpoints
     )
 

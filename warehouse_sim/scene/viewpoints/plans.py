@@ -132,7 +132,7 @@ class Planner:
     def _cut(self, mount: Mount, path: Path, aim: ObjectInstance, least: float) -> Drive | None:
         """Return the drive over the last part of ``path`` that can be driven, if it is ``least`` (m) or longer."""
         end = path.at(path.length)[0]
-        if not mount.has_room(end, self.space, self.config.clearance):
+        if not mount.is_clear(end, self.space, self.config.clearance):
             return None
         if not shows(mount.view(end), aim, self.space, self.config):
             return None
@@ -145,8 +145,8 @@ class Planner:
 
     def _serves(self, mount: Mount, pose: FloorPose, aim: ObjectInstance | None) -> bool:
         """Return whether there is room at ``pose`` and what was requested is in view."""
-        has_room = mount.has_room(pose, self.space, self.config.clearance)
-        return has_room and self.is_shown(mount.view(pose), aim) is not None
+        is_clear = mount.is_clear(pose, self.space, self.config.clearance)
+        return is_clear and self.is_shown(mount.view(pose), aim) is not None
 
     def _drive(self, mount: Mount, path: Path, aim: ObjectInstance | None) -> Drive:
         config = self.config.drive

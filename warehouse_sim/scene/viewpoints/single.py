@@ -47,7 +47,7 @@ def candidate_viewpoints(
     for _ in range(tries):
         viewpoint, lift = sample_view(target, space, config, rng)
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
-        if not is_good or not space.has_room(viewpoint, config.clearance, lift):
+        if not is_good or not space.is_clear(viewpoint, config.clearance, lift):
             continue
         if sight == (0.0, 1.0) or sight[0] <= space.sight_fraction(viewpoint.T_world_camera[:3, 3], target) <= sight[1]:
             yield viewpoint

@@ -39,8 +39,8 @@ def roll_container(name: str) -> ObjectModel:
         raise UnknownNameError("roll container", name, list(ROLL_CONTAINERS))
     obj_id, filled = ROLL_CONTAINERS[name]
     size = (LENGTH, WIDTH, HEIGHT)
-    room = (LENGTH - 0.10, WIDTH - 0.06, filled)
-    goods, mass = stacked_cartons(room, _BASE - HEIGHT / 2, obj_id)
+    inner = (LENGTH - 0.10, WIDTH - 0.06, filled)
+    goods, mass = stacked_cartons(inner, _BASE - HEIGHT / 2, obj_id)
     return ObjectModel(
         name=name,
         class_name="roll_container",

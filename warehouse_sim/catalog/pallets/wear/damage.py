@@ -52,8 +52,8 @@ def with_displaced(members: list[Member], fraction: float, rng: np.random.Genera
             continue
         for place, index in enumerate(order):
             if rng.random() < fraction:
-                low = _room(members, order, place, -1) * rng.uniform(0.3, 1.0)
-                high = _room(members, order, place, 1) * rng.uniform(0.3, 1.0)
+                low = _gap_beside(members, order, place, -1) * rng.uniform(0.3, 1.0)
+                high = _gap_beside(members, order, place, 1) * rng.uniform(0.3, 1.0)
                 result[index] = _displaced(members[index], -low, high, rng)
     return result
 
@@ -104,7 +104,7 @@ def _splinters(
     return parts
 
 
-def _room(members: Sequence[Member], order: Sequence[int], place: int, side: int) -> float:
+def _gap_beside(members: Sequence[Member], order: Sequence[int], place: int, side: int) -> float:
     """Return how far (m) the board may go to one side: its fraction of the gap there, never more than ``FARTHEST``."""
     other = place + side
     if not 0 <= other < len(order):

@@ -277,8 +277,10 @@ def probability_of_entry(face: PalletFace) -> float:
     deviation = face.covariance
     side = np.sqrt(deviation[4, 4] + _REACH**2 * deviation[2, 2])
     up = np.sqrt(deviation[5, 5] + _REACH**2 * deviation[1, 1])
-    room = (face.pocket_sizes.min(axis=0) - _TINE) / 2.0
-    chances = [erf(max(space, 0.0) / (np.sqrt(2.0) * sigma)) for space, sigma in zip(room, (side, up), strict=True)]
+    clearance = (face.pocket_sizes.min(axis=0) - _TINE) / 2.0
+    chances = [
+        erf(max(space, 0.0) / (np.sqrt(2.0) * sigma)) for space, sigma in zip(clearance, (side, up), strict=True)
+    ]
     return float(np.prod(chances))
 
 

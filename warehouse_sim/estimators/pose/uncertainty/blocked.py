@@ -30,7 +30,7 @@ _BLOCK = 200_000
 """Pairs of ray and triangle at once."""
 
 
-class Room(NamedTuple):
+class Openings(NamedTuple):
     """What is seen of an object's openings, on the left and on the right of its middle."""
 
     rays: tuple[int, int]
@@ -45,7 +45,7 @@ class Room(NamedTuple):
         return any(rays >= _LEAST_RAYS and ended >= _LEAST_FRACTION * rays for rays, ended in pairs)
 
 
-def look_into(T_camera_object: Transform, mesh: TriangleMesh, image: RgbdImage, rng: np.random.Generator) -> Room:
+def look_into(T_camera_object: Transform, mesh: TriangleMesh, image: RgbdImage, rng: np.random.Generator) -> Openings:
     """Return what is seen of an object's openings.
 
     Args:
@@ -74,7 +74,7 @@ def look_into(T_camera_object: Transform, mesh: TriangleMesh, image: RgbdImage, 
     side = _side_of(place, start, low, high)
     rays = tuple(int((seen & (side == number)).sum()) for number in (0, 1))
     ended = tuple(int((seen & early & (side == number)).sum()) for number in (0, 1))
-    return Room((rays[0], rays[1]), (ended[0], ended[1]))
+    return Openings((rays[0], rays[1]), (ended[0], ended[1]))
 
 
 def _readings_about(

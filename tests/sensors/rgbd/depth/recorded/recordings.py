@@ -6,11 +6,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tests.sensors.rgbd.depth.recorded.statistics import Front
+from tests.sensors.rgbd.depth.recorded.statistics import Face
 from warehouse_sim.errors import DatasetError
 
 
-def recorded_faces(folder: Path) -> list[Front]:
+def recorded_faces(folder: Path) -> list[Face]:
     """Return one front for each site, that is a folder with ``labels.json``, ``NNN_depth.png`` and ``NNN_mask.png``.
 
     Raises:
@@ -22,7 +22,7 @@ def recorded_faces(folder: Path) -> list[Front]:
     return [_site(path) for path in sites]
 
 
-def _site(path: Path) -> Front:
+def _site(path: Path) -> Face:
     labels = json.loads((path / "labels.json").read_text(encoding="utf-8"))
     frames = labels["frames"]
     first = frames[0]
@@ -31,7 +31,7 @@ def _site(path: Path) -> Front:
     down = np.array(first["gravity"])
     # Where the floor's distance could not be labelled, the pallet's lower edge tells it.
     floor = first["floor_distance_m"] or _lower_edge(np.array(first["front_corners_px"]), K, dock, down)
-    return Front(
+    return Face(
         name=path.name,
         K=K,
         depths=tuple(_image(path / frame["depth"]).astype(float) / 1000 for frame in frames),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from tests.sensors.rgbd.depth.recorded.statistics import Front
+from tests.sensors.rgbd.depth.recorded.statistics import Face
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -25,7 +25,7 @@ _BEHIND = 1.0
 """From the pallet's front to a stack of cartons behind it (m)."""
 
 
-def simulated_face(recorded: Front, model: DepthModel, mirror_floor: bool, seed: int) -> Front:
+def simulated_face(recorded: Face, model: DepthModel, mirror_floor: bool, seed: int) -> Face:
     """Return what a camera reads of a catalog pallet in the recorded place, as many frames as there are recorded ones.
 
     Args:
@@ -51,7 +51,7 @@ def simulated_face(recorded: Front, model: DepthModel, mirror_floor: bool, seed:
     streams = np.random.default_rng(seed).spawn(len(recorded.depths))
     depths = [model.read(buffers, capture, rng) for rng in streams]
     T_camera_dock = T_camera_world @ _T_world_dock(pallet_model)
-    return Front(
+    return Face(
         name=recorded.name,
         K=K,
         depths=tuple(np.rint(1000 * depth).astype(float) / 1000 for depth in depths),
@@ -67,7 +67,7 @@ def simulated_face(recorded: Front, model: DepthModel, mirror_floor: bool, seed:
     )
 
 
-def _world(recorded: Front) -> Transform:
+def _world(recorded: Face) -> Transform:
     """Return ``T_camera_world``: origin on the floor below the middle of the front, y inwards, z up."""
     dock = recorded.docks[0]
     up = -recorded.down

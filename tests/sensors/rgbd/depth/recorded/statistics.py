@@ -19,7 +19,7 @@ _STILL = 0.010
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class Face:
     """Frames of one pallet face from one place."""
 
     name: str
@@ -55,7 +55,7 @@ class Front:
         return (sampled > 0) & self.mask
 
 
-def statistics_of(front: Front) -> dict[str, float]:
+def statistics_of(front: Face) -> dict[str, float]:
     """Return all statistics that the frames allow; each name tells its unit."""
     return {
         **_over_time(front),
@@ -74,7 +74,7 @@ def row_of(name: str, recorded: float, simulated: float) -> dict[str, Any]:
     return row | {"residual": residual}
 
 
-def _pairs(front: Front) -> list[tuple[Depth, Depth]]:
+def _pairs(front: Face) -> list[tuple[Depth, Depth]]:
     places = [dock[:3, 3] for dock in front.docks]
     return [
         (front.depths[i], front.depths[i + 1])
@@ -83,7 +83,7 @@ def _pairs(front: Front) -> list[tuple[Depth, Depth]]:
     ]
 
 
-def _over_time(front: Front) -> dict[str, float]:
+def _over_time(front: Face) -> dict[str, float]:
     found: dict[str, list[float]] = {}
     for one, other in _pairs(front):
         for z in DISTANCES:
@@ -95,7 +95,7 @@ def _over_time(front: Front) -> dict[str, float]:
     return {name: 1000 * float(np.mean(values)) for name, values in found.items()}
 
 
-def _alike(front: Front) -> dict[str, float]:
+def _alike(front: Face) -> dict[str, float]:
     """Return how alike the noise over time of neighbours is, on the front and on what is about as far."""
     fractions: dict[int, list[float]] = {1: [], 2: [], 3: []}
     for one, other in _pairs(front):
@@ -110,7 +110,7 @@ def _alike(front: Front) -> dict[str, float]:
     return {f"noise alike at {lag} px": float(np.mean(found)) for lag, found in fractions.items() if found}
 
 
-def _off_plane(front: Front, index: int) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
+def _off_plane(front: Face, index: int) -> tuple[Depth, Bool[np.ndarray, "h w"]]:
     """Return the deviation from the front's own plane (m), and the inner pixels of the front that were read."""
     depth, dock = front.depths[index], front.docks[index]
     expected = (dock[:3, 3] @ dock[:3, 0]) / (front.rays @ dock[:3, 0])
@@ -120,7 +120,7 @@ def _off_plane(front: Front, index: int) -> tuple[Depth, Bool[np.ndarray, "h w"]
     return off, inner
 
 
-def _scatter(front: Front) -> dict[str, float]:
+def _scatter(front: Face) -> dict[str, float]:
     rays = front.rays
     spreads, offs = [], []
     for index in range(len(front.depths)):
@@ -144,7 +144,7 @@ def _scatter(front: Front) -> dict[str, float]:
     return result
 
 
-def _still_frames(front: Front) -> list[int]:
+def _still_frames(front: Face) -> list[int]:
     """Return the longest run of frames in which the front stays where it is."""
     runs = [[0]]
     for index in range(1, len(front.docks)):
@@ -156,7 +156,7 @@ def _still_frames(front: Front) -> list[int]:
     return max(runs, key=len)
 
 
-def _edges(front: Front) -> dict[str, float]:
+def _edges(front: Face) -> dict[str, float]:
     face = front.face.astype(np.uint8)
     rim = front.face & (cv2.erode(face, np.ones((5, 5), np.uint8)) == 0)
     near = front.face & (cv2.erode(face, np.ones((7, 7), np.uint8)) == 0)
@@ -172,7 +172,7 @@ def _edges(front: Front) -> dict[str, float]:
     }
 
 
-def _by_angle(front: Front) -> dict[str, float]:
+def _by_angle(front: Face) -> dict[str, float]:
     """Return the front's median deviation by angle of incidence, against that of the whole front."""
     found: dict[str, list[float]] = {}
     for index, dock in enumerate(front.docks):
@@ -187,7 +187,7 @@ def _by_angle(front: Front) -> dict[str, float]:
     return {name: 1000 * float(np.mean(values)) for name, values in found.items()}
 
 
-def _on_the_floor(front: Front) -> dict[str, float]:
+def _on_the_floor(front: Face) -> dict[str, float]:
     """Return the read depth of the floor over the true one, before the front and beside it, in percent."""
     result: dict[str, float] = {}
     slope = front.rays @ front.down

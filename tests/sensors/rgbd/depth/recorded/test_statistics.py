@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.sensors.rgbd.depth.recorded.recordings import recorded_faces
-from tests.sensors.rgbd.depth.recorded.statistics import Front, statistics_of
+from tests.sensors.rgbd.depth.recorded.statistics import Face, statistics_of
 from tests.sensors.rgbd.depth.recorded.surfaces import surface_rows
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise
@@ -20,7 +20,7 @@ POCKETS = ([[100.0, 130.0], [160.0, 130.0], [160.0, 160.0], [100.0, 160.0]],
            [[230.0, 130.0], [290.0, 130.0], [290.0, 160.0], [230.0, 160.0]])  # fmt: skip
 
 
-def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0, frames: int = 4) -> Front:
+def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0, frames: int = 4) -> Face:
     """Write a front that faces the camera at 1.5 m over a floor 40 cm below it, and read it back."""
     site = folder / "site"
     site.mkdir(parents=True)

@@ -232,8 +232,8 @@ def _candidates(
     """Return the points that are looked at: in training a stretch of those that are kept, which are in random order."""
     around = rows.signed_px, rows.belongs, rows.neighbour, rows.uv, rows.window_px, rows.outline
     signed_px, belongs, neighbour, uv, window_px, outline = (item for item in around if item is not None)
-    room, present = rows.points.shape[1], rows.point_count[:, None]
-    few = room if augment is None else min(room, _LOOKED_AT * count)
+    capacity, present = rows.points.shape[1], rows.point_count[:, None]
+    few = capacity if augment is None else min(capacity, _LOOKED_AT * count)
     steps = torch.arange(few, device=rows.points.device)[None]
     start = 0 if noise is None else (noise.choice[:, :1] * present).long()
     place = (start + steps) % present

@@ -16,7 +16,7 @@ from warehouse_sim.learning.samples.array_store import shared_tensor
 
 
 class CropTable(NamedTuple):
-    """K crops with room for P points each, a row each; points beyond ``point_count`` are zero."""
+    """K crops with capacity for P points each, a row each; points beyond ``point_count`` are zero."""
 
     points: Float[Tensor, "k p 3"]
     """Camera frame (m), float32."""
@@ -140,19 +140,19 @@ def stack_crops(crops: Sequence[Crop], shapes: Sequence[ObjectShape], config: Cr
 
 def stack_arrays(crops: Sequence[Crop], config: CropConfig) -> dict[str, np.ndarray]:
     """Return ``crops`` as arrays by the names of a table's columns, with ``obj_id`` instead of class and diameter."""
-    count, room = len(crops), config.stored_points
+    count, capacity = len(crops), config.stored_points
     arrays: dict[str, np.ndarray] = {
-        "points": np.zeros((count, room, 3), dtype=np.float32),
-        "border_px": np.zeros((count, room), dtype=np.uint8),
+        "points": np.zeros((count, capacity, 3), dtype=np.float32),
+        "border_px": np.zeros((count, capacity), dtype=np.uint8),
         "point_count": np.array([len(crop.points) for crop in crops], dtype=np.int64),
         "obj_id": np.array([crop.obj_id for crop in crops], dtype=np.int64),
         "T_camera_object": np.stack([crop.T_camera_object for crop in crops]),
         "down": np.array([np.full(3, np.nan) if crop.down is None else crop.down for crop in crops], dtype=np.float32),
     }
     if config.has_surroundings:
-        arrays |= _stack_surroundings([crop.around for crop in crops if crop.around is not None], room)
+        arrays |= _stack_surroundings([crop.around for crop in crops if crop.around is not None], capacity)
     elif config.side_px:
-        arrays["pixel"] = np.zeros((count, room), dtype=np.int16)
+        arrays["pixel"] = np.zeros((count, capacity), dtype=np.int16)
     for row, crop in enumerate(crops):
         for name in ("points", "border_px", "pixel"):
             if name in arrays:
@@ -169,12 +169,12 @@ def stack_arrays(crops: Sequence[Crop], config: CropConfig) -> dict[str, np.ndar
     return arrays
 
 
-def _stack_surroundings(around: Sequence[Surroundings], room: int) -> dict[str, np.ndarray]:
+def _stack_surroundings(around: Sequence[Surroundings], capacity: int) -> dict[str, np.ndarray]:
     arrays = {
-        "signed_px": np.zeros((len(around), room), dtype=np.int8),
-        "belongs": np.zeros((len(around), room), dtype=bool),
-        "neighbour": np.zeros((len(around), room), dtype=np.uint8),
-        "uv": np.zeros((len(around), room, 2), dtype=np.int16),
+        "signed_px": np.zeros((len(around), capacity), dtype=np.int8),
+        "belongs": np.zeros((len(around), capacity), dtype=bool),
+        "neighbour": np.zeros((len(around), capacity), dtype=np.uint8),
+        "uv": np.zeros((len(around), capacity, 2), dtype=np.int16),
     }
     for row, item in enumerate(around):
         for name, array in arrays.items():

@@ -53,8 +53,8 @@ def sampling_weights(
     return (weights / weights.mean()).float()
 
 
-_ROOM = 1 << 20
-"""More crops than an image has: the crop at place p of observation n has the number n * _ROOM + p."""
+_MOST = 1 << 20
+"""More crops than an image has: the crop at place p of observation n has the number n * _MOST + p."""
 
 
 class StreamedCrops:
@@ -98,12 +98,12 @@ class StreamedCrops:
                 f"none of the stream's observations from {first} on, in a window, shows an object of the data that is "
                 "visible enough to train on; take the recipe that the data was made from, or a larger stream.window"
             )
-        numbers = [torch.arange(len(table.points)) + number * _ROOM for number, table in self._held.items()]
+        numbers = [torch.arange(len(table.points)) + number * _MOST for number, table in self._held.items()]
         return torch.cat(numbers), CropSet(list(self._held.values()))
 
     def rows(self, index: Int[Tensor, " b"]) -> CropTable:
         """Return copies of the crops of these numbers, which are in the window, in this order."""
-        parts = [self._held[number // _ROOM].rows(torch.tensor([number % _ROOM])) for number in index.cpu().tolist()]
+        parts = [self._held[number // _MOST].rows(torch.tensor([number % _MOST])) for number in index.cpu().tolist()]
         return join_tables(parts).to(self._device)
 
     def to(self, device: torch.device) -> "StreamedCrops":
