@@ -62,3 +62,23 @@ def test_what_is_no_mesh_is_an_error(tmp_path: Path) -> None:
         catalog_object(str(tmp_path / "broken.glb"))
     with pytest.raises(ConfigError, match=r"'pallet_wood'|choose another"):
         catalog_object(mesh_name(write_crate(tmp_path), "epal1"))
+
+
+def test_an_edited_file_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever edits an object in a session, or works in another folder, gets what its files say there and now."""
+    path, text = write_crate(tmp_path), "class_name: crate\nobj_id: 1010\nfile: crate.glb\nmass: {}\nmaterial: kraft\n"
+    described = tmp_path / "crate.yaml"
+    monkeypatch.chdir(tmp_path)
+    alone = catalog_object("crate.glb")
+    described.write_text("name: one\n" + text.format(14))
+    one = catalog_object("crate.yaml")
+    assert (alone.name, one.name, catalog_object("crate.glb").name) == ("crate", "one", "one")
+    assert catalog_object("crate.yaml") is one
+    described.write_text("name: two\n" + text.format(9))
+    assert (catalog_object("crate.yaml").name, catalog_object(str(path)).mass) == ("two", 9.0)
+    write_crate(tmp_path, size=(0.6, 0.2, 0.4))
+    assert catalog_object("crate.yaml").size.tolist() == pytest.approx([0.6, 0.4, 0.2])
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    with pytest.raises(ConfigError, match=r"crate\.yaml"):
+        catalog_object("crate.yaml")

@@ -1,13 +1,12 @@
 """Parametric objects to real standards: pallets, cartons, racks, the building and what their surfaces are made of."""
 
 from functools import cache
-from pathlib import Path
 
 from warehouse_sim.catalog.building import floor_slab, highbay_luminaire, wall
-from warehouse_sim.catalog.custom import load_custom_object
 from warehouse_sim.catalog.loads import carton
 from warehouse_sim.catalog.materials import materials, materials_of
-from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object, reject_other_file
+from warehouse_sim.catalog.mesh_object import reject_other_file
+from warehouse_sim.catalog.own_files import is_file_name, object_of_files
 from warehouse_sim.catalog.pallets import epal1
 from warehouse_sim.catalog.plug_in import require_fitting
 from warehouse_sim.catalog.racks import rack_beam, rack_frame
@@ -33,9 +32,10 @@ def shipped_classes() -> frozenset[str]:
     return frozenset(catalog_object(name).class_name for name in SHIPPED)
 
 
-@cache
 def catalog_object(name: str) -> ObjectModel:
     """Return the catalog object called ``name``; the same object each time, so that scenes share geometry.
+
+    An object of a user's files is read again when one of them has changed.
 
     Args:
         name: Registered name, or the .yaml or mesh file of a user's own object (docs/custom_objects.md).
@@ -44,12 +44,15 @@ def catalog_object(name: str) -> ObjectModel:
         UnknownNameError: The name is not registered.
         ConfigError: The file does not describe an object, or is of another kind; a plug-in's object does not fit.
     """
-    if name.endswith(".yaml"):
-        return load_custom_object(Path(name))
-    if is_mesh_name(name):
-        return load_mesh_object(name)
+    if is_file_name(name):
+        return object_of_files(name)
     if name not in SHIPPED and name not in CATALOG.names():
         reject_other_file(name)
+    return _registered(name)
+
+
+@cache
+def _registered(name: str) -> ObjectModel:
     model: ObjectModel = CATALOG.get(name)(name)
     if name not in SHIPPED:
         require_fitting(name, model)

@@ -89,6 +89,15 @@ def object_of(config: CustomObjectConfig, path: Path, brought: Sequence[Material
     )
 
 
+def mesh_of(path: Path) -> Path:
+    """Return the mesh file that the YAML file at ``path`` names.
+
+    Raises:
+        ConfigError: The YAML file cannot be used, or there is no such mesh file beside it.
+    """
+    return _inside(path, load_yaml(CustomObjectConfig, path).file)
+
+
 def _inside(path: Path, file: str) -> Path:
     """Return the mesh file, which must lie in the folder of the YAML file or below."""
     folder = Path(os.path.realpath(path)).parent
