@@ -125,6 +125,10 @@ GOOD = {"width": 640, "height": 480, "K": MATRIX, "D": COEFFICIENTS}
         ({"binning_x": 2}, ["binning_x 2", "without binning"]),
         ({"roi": {"x_offset": 10, "y_offset": 0, "width": 100, "height": 100}}, ["roi", "full image"]),
         ({"K": None, "fx": 5.0}, ["K"]),
+        ({"K": [*MATRIX[:8], "one"]}, ["K", "finite numbers", "'one'"]),
+        ({"width": float("inf")}, ["size of the image"]),
+        ({"D": {"data": [*COEFFICIENTS[:4], {"k3": 0.1}]}}, ["D", "finite numbers", "k3"]),
+        ({"K": [10**400, *MATRIX[1:]]}, ["K", "finite numbers"]),
     ],
 )
 def test_what_the_camera_model_cannot_hold_is_an_error(changes: dict, words: list[str], tmp_path: Path) -> None:
@@ -135,10 +139,13 @@ def test_what_the_camera_model_cannot_hold_is_an_error(changes: dict, words: lis
     assert all(word in message for word in words)
 
 
-@pytest.mark.parametrize("text", ["[1, 2]", "{", "", "fx: 1"])
+@pytest.mark.parametrize("text", ["[1, 2]", "{", "", "fx: 1", "[" * 3000 + "]" * 3000])
 def test_what_is_no_calibration_is_an_error(text: str, tmp_path: Path) -> None:
     for name in ("camera.json", "camera.yaml"):
         with pytest.raises(ConfigError, match=name):
             read(tmp_path, name, text)
+    for path in ("/dev/zero", str(tmp_path)):
+        with pytest.raises(ConfigError, match="is no file"):
+            read_camera_file(Path(path))
     with pytest.raises(ConfigError, match="cannot be read"):
         read_camera_file(tmp_path / "missing.yaml")

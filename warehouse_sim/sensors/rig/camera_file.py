@@ -1,7 +1,6 @@
 """Third-party calibration files as camera settings: ROS ``camera_info``, OpenCV YAML and JSON, BOP ``camera.json``."""
 
 import json
-import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,6 +10,8 @@ from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.yaml_file import parse_yaml
 
 _MOST_BYTES = 1_000_000
+_LARGEST = 1e15
+"""No number of a camera is larger, and whole numbers beyond the range of floats cannot be calculated with."""
 _WIDTHS = ("image_width", "width", "image_Width", "imageWidth", "w")
 _HEIGHTS = ("image_height", "height", "image_Height", "imageHeight", "h")
 _SIZES = ("image_size", "imageSize", "resolution")
@@ -36,7 +37,13 @@ def read_camera_file(path: Path) -> dict[str, Any]:
         ConfigError: The file cannot be read, lacks size or focal length, or holds a lens, a skew, a binning or a region
             of interest that the camera model has no place for.
     """
-    data, where = _parsed(path), str(path)
+    try:
+        return _settings(_parsed(path), str(path))
+    except RecursionError as problem:
+        raise ConfigError(f"{path}: nests too many levels deep; that is no camera file") from problem
+
+
+def _settings(data: Any, where: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ConfigError(f"{where}: expected a mapping with the camera's matrix, found {shown(data)}")
     data = data.get("camera_info", data) if isinstance(data.get("camera_info"), dict) else data
@@ -53,6 +60,8 @@ def _parsed(path: Path) -> Any:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise ConfigError(f"{path}: is larger than {_MOST_BYTES // 1000} kB; that is no camera file")
+        if path.exists() and not path.is_file():  # what has no end, such as a device, is not read
+            raise ConfigError(f"{path}: is no file; check the path")
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "it is no text"
@@ -81,7 +90,7 @@ def _reject_parts_of_images(data: Mapping[str, Any], where: str) -> None:
 
 def _size(data: Mapping[str, Any], where: str) -> tuple[int, int]:
     sizes = next((_flat(data[key]) for key in _SIZES if key in data), [_first(data, _WIDTHS), _first(data, _HEIGHTS)])
-    whole = [int(value) for value in sizes if _is_number(value) and value == int(value)]
+    whole = [int(value) for value in sizes if _is_finite(value) and value == int(value)]
     if len(whole) != 2:
         raise ConfigError(f"{where}: does not say the size of the image; add width and height (px)")
     return whole[0], whole[1]
@@ -93,7 +102,7 @@ def _matrix(data: Mapping[str, Any], where: str) -> tuple[float, float, float, f
     if key is None:
         keys = [("fx", "f_x"), ("fy", "f_y"), ("cx", "c_x", "ppx"), ("cy", "c_y", "ppy")]
         values = [_first(data, names) for names in keys]
-        if not all(_is_number(value) for value in values):
+        if not all(map(_is_number, values)):
             raise ConfigError(f"{where}: holds no camera matrix; add camera_matrix, K, or fx, fy, cx and cy (px)")
         return _finite(values, where)
     matrix = _flat(data[key])
@@ -101,12 +110,12 @@ def _matrix(data: Mapping[str, Any], where: str) -> tuple[float, float, float, f
         return _finite(matrix, f"{where}: {key}")
     if len(matrix) != 9:
         raise ConfigError(f"{where}: {key} must have 9 numbers, row by row, found {len(matrix)}")
-    fx, skew, cx, zero, fy, cy, *last = matrix
-    if skew != 0 or zero != 0 or [float(value) for value in last] != [0.0, 0.0, 1.0]:
+    fx, skew, cx, zero, fy, cy, *last = _finite(matrix, f"{where}: {key}")
+    if skew != 0 or zero != 0 or last != [0.0, 0.0, 1.0]:
         raise ConfigError(
             f"{where}: {key}: a skew of {skew} px has no place in the camera model; calibrate without one"
         )
-    return _finite([fx, fy, cx, cy], f"{where}: {key}")
+    return fx, fy, cx, cy
 
 
 def _lens(data: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -139,14 +148,18 @@ def _lens(data: Mapping[str, Any], where: str) -> dict[str, Any]:
 def _flat(value: Any) -> list[Any]:
     """Return the numbers of a matrix, however it is written: nested lists, or OpenCV's mapping with ``data``."""
     if isinstance(value, dict):
-        return _flat(value.get("data", [value[key] for key in ("width", "height") if key in value]))
+        return _listed(value.get("data", [value[key] for key in ("width", "height") if key in value]))
+    return _listed(value)
+
+
+def _listed(value: Any) -> list[Any]:
     if isinstance(value, list):
-        return [number for item in value for number in _flat(item)]
+        return [number for item in value for number in _listed(item)]
     return [float(value) if isinstance(value, str) and _BARE_EXPONENT.fullmatch(value) else value]
 
 
 def _finite(values: Sequence[Any], where: str) -> Any:
-    if not all(_is_number(value) and math.isfinite(value) for value in values):
+    if not all(map(_is_finite, values)):
         raise ConfigError(f"{where}: expected finite numbers, found {shown(list(values))}")
     return tuple(float(value) for value in values)
 
@@ -157,3 +170,7 @@ def _first(data: Mapping[str, Any], keys: Sequence[str]) -> Any:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    return _is_number(value) and -_LARGEST <= value <= _LARGEST
