@@ -69,6 +69,7 @@ def test_no_estimates_is_a_file_with_a_header(tmp_path: Path) -> None:
         ([HEADER, ROW.replace("1000", "nan")], ":2: t must be finite, found '10 20 nan'"),
         ([HEADER, ROW.replace("1000", "1e300")], ":2: t is in millimetres and ends at 1e+07, found '10 20 1e300'"),
         ([HEADER, ROW.replace("0.5", "1_0")], ":2: score holds something else than numbers: '1_0'"),
+        ([HEADER, ROW.replace("0.5", "٣")], ":2: score holds something else than numbers: '٣'"),
         ([HEADER, ROW.replace("0.5", "inf")], ":2: score must be finite, found 'inf'"),
         ([HEADER, ROW.replace(",-1", ",1e999")], ":2: time must be finite, found '1e999'"),
         ([HEADER, ROW, ROW.replace("0.5", "0.6"), ROW], ":4: repeats line 2; remove one of the two"),

@@ -128,14 +128,25 @@ def take_numbers(data: Any, key: str, count: int, where: str, span: Span = NUMBE
 
 
 def decimal(word: str) -> float:
-    """Return the number that a word of a text file says; Python alone reads 1_0 as 10.
+    """Return the number that a word of a text file says; Python alone reads 1_0 as 10, and digits of other scripts.
 
     Raises:
         ValueError: It says none.
     """
-    if "_" in word:
+    if "_" in word or not word.isascii():
         raise ValueError(f"could not convert string to float: {word!r}")
     return float(word)
+
+
+def integer(word: str) -> int:
+    """Return the whole number that a word of a text file says, as strictly as ``decimal`` does.
+
+    Raises:
+        ValueError: It says none.
+    """
+    if not re.fullmatch(r"[-+]?[0-9]{1,18}", word):
+        raise ValueError(f"invalid literal for a whole number: {word[:40]!r}")
+    return int(word)
 
 
 def take_name(data: Any, key: str, where: str) -> str:

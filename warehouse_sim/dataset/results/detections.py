@@ -14,7 +14,16 @@ import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, Span, decimal, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import (
+    FRACTIONS,
+    WHOLE,
+    Span,
+    decimal,
+    integer,
+    take,
+    take_if_given,
+    take_numbers,
+)
 from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, run_lengths
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import DatasetError
@@ -238,7 +247,7 @@ def _read_file(path: Path, image: ImageRecord, names: list[str]) -> list[FoundOb
         if not words:
             continue
         try:
-            index, values = int(words[0]), [decimal(word) for word in words[1:]]
+            index, values = integer(words[0]), [decimal(word) for word in words[1:]]
         except ValueError as problem:
             raise DatasetError(f"{path}: line {number} holds something else than numbers") from problem
         if len(values) not in (4, 5) or not all(-1.0 <= value <= 2.0 for value in values):

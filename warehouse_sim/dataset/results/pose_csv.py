@@ -1,5 +1,6 @@
 """The BOP pose CSV: ``scene_id,im_id,obj_id,score,R,t,time`` with R row-major and t in millimetres."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from math import isfinite
@@ -18,6 +19,9 @@ from warehouse_sim.schema import PoseEstimate
 
 _TOLERANCE = 1e-2
 """How far rotations may be from orthonormal, as in files."""
+_LARGEST, _LARGEST_WHOLE = sys.float_info.max, 10**18
+FARTHEST_ERROR = 1e6
+"""No error of a pose is larger (m)."""
 
 
 def require_estimates(found: Any, where: str) -> list[PoseEstimate]:
@@ -46,27 +50,35 @@ def estimate_fault(item: Any) -> str | None:
         return f"must be a PoseEstimate, found {shown(item)}"
     for name in ("scene_id", "image_id", "obj_id", "detection"):
         value = getattr(item, name)
-        if not isinstance(value, Integral) or isinstance(value, bool):
+        if not isinstance(value, Integral) or isinstance(value, bool) or not -_LARGEST_WHOLE < value < _LARGEST_WHOLE:
             return f"{name} must be a whole number, found {shown(value)}"
     for name in ("score", "time"):
         value = getattr(item, name)
-        if not isinstance(value, Real) or not np.isfinite(float(value)):
+        if not _is_within(value, -_LARGEST, _LARGEST):
             return f"{name} must be a finite number, found {shown(value)}"
     for name in ("predicted_error", "error_bound"):
         value = getattr(item, name)
-        if value is not None and (not isinstance(value, Real) or not float(value) >= 0):
+        if value is not None and not _is_within(value, 0.0, FARTHEST_ERROR):
             return f"{name} must be a distance (m) or None, found {shown(value)}"
     if not isinstance(item.name, str) or not isinstance(item.class_name, str):
         return f"name and class_name must be text, found {shown(item.name)} and {shown(item.class_name)}"
     covariance = item.covariance
-    if covariance is not None and not (isinstance(covariance, np.ndarray) and covariance.shape == (6, 6)):
-        return f"covariance must be a 6 x 6 array or None, found {shown(covariance)}"
+    if covariance is not None and not (_is_array(covariance, (6, 6)) and np.isfinite(covariance).all()):
+        return f"covariance must be a 6 x 6 array of finite numbers or None, found {shown(covariance)}"
     T = item.T_camera_object
-    if not isinstance(T, np.ndarray) or T.shape != (4, 4) or T.dtype.kind not in "fiu":
+    if not _is_array(T, (4, 4)):
         return f"T_camera_object must be a 4 x 4 array, found {shown(T)}"
-    if not is_rigid(T.astype(float), _TOLERANCE):
+    if not is_rigid(T.astype(float), _TOLERANCE) or np.abs(T[:3, 3]).max() > _FARTHEST_MM / 1000.0:
         return f"T_camera_object must be a rotation and a translation (m), found {shown(T.tolist())}"
     return None
+
+
+def _is_within(value: Any, low: float, high: float) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and low <= value <= high  # type: ignore[operator]
+
+
+def _is_array(value: Any, shape: tuple[int, int]) -> bool:
+    return isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind in "fiu"
 
 
 _HEADER = "scene_id,im_id,obj_id,score,R,t,time"

@@ -124,7 +124,7 @@ def _face(row: dict[str, Any], where: str) -> PalletFace:
 _FORMAT = 1
 _ORDER = ["x", "y", "z", "about x", "about y", "about z"]
 _UPPER = np.triu_indices(6)
-_ERROR = Span(0.0, 1e6)
+_ERROR = Span(0.0, pose_csv.FARTHEST_ERROR)
 
 
 def uncertainty_file(path: Path) -> Path:

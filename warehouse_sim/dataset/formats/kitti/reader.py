@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.files.plain import decimal
+from warehouse_sim.dataset.files.plain import decimal, integer
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import lens_of
@@ -69,7 +69,7 @@ def parse_label(line: str, where: str) -> KittiLabel:
     if len(words) != 15:
         raise DatasetError(f"{where}: 15 fields with single blanks are expected, found {len(words)}")
     try:
-        occluded, values = int(words[2]), [decimal(word) for word in (words[1], *words[3:])]
+        occluded, values = integer(words[2]), [decimal(word) for word in (words[1], *words[3:])]
     except ValueError as problem:
         raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
     if not all(map(math.isfinite, values)):

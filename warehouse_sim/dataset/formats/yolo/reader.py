@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_rgb, image_size_wh
-from warehouse_sim.dataset.files.plain import WHOLE, shown
+from warehouse_sim.dataset.files.plain import WHOLE, decimal, shown
 from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.images_only import (
     ImagesOnly,
@@ -30,6 +30,8 @@ _SPLITS = {"train": ("train",), "val": ("val", "valid", "validation"), "test": (
 _BEYOND = 0.01
 """Tools take shares that leave the image by so much."""
 _MOST_CLASSES = 100_000
+_FLAGS = (0, 1, 2)
+"""Of key points: not labelled, hidden, seen."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,8 @@ class YoloData:
     """Classes by number, from 0."""
     folders: dict[str, str]
     """Folder of the images of each split, in the dataset."""
-    point_columns: int
-    """Columns of key points after a box; 0 = none."""
+    points_shape: tuple[int, int]
+    """Number of key points after a box, and columns of each: x, y, perhaps a flag; 0, 0 = none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ def read_data(root: Path) -> YoloData:
             raise DatasetError(f"{path}: {split} must be one folder of images, found {shown(given)}")
     if not folders:
         raise DatasetError(f"{path}: names no folder of images under train, val or test")
-    return YoloData(_names(data.get("names"), str(path)), folders, _point_columns(data.get("kpt_shape"), str(path)))
+    return YoloData(_names(data.get("names"), str(path)), folders, _points_shape(data.get("kpt_shape"), str(path)))
 
 
 def read_labels(path: Path, data: YoloData) -> list[Label]:
@@ -99,18 +101,23 @@ def read_labels(path: Path, data: YoloData) -> list[Label]:
 
 def _label(row: list[str], where: str, data: YoloData) -> Label:
     try:
-        values = np.array([float(item) for item in row])
+        values = np.array([decimal(item) for item in row])
     except ValueError as problem:
         raise DatasetError(f"{where}: must be numbers ({problem})") from problem
-    if values.size == 5 + data.point_columns:
-        values = values[:5]
+    points = np.zeros((0, 2))
+    count, columns = data.points_shape
+    if count and values.size == 5 + count * columns:
+        values, points = values[:5], values[5:].reshape(count, columns)
     if values.size != 5 and (values.size < 7 or values.size % 2 == 0):
         raise DatasetError(f"{where}: has {values.size} numbers; a box has 5, a polygon 7, 9, ...")
     if values[0] not in data.names:
         raise DatasetError(f"{where}: class {row[0][:20]} is not in data.yaml, which has {len(data.names)} classes")
     fractions = values[1:]
-    if not ((fractions >= -_BEYOND) & (fractions <= 1 + _BEYOND)).all():
+    positions = np.concatenate([fractions, points[:, :2].ravel()])
+    if not ((positions >= -_BEYOND) & (positions <= 1 + _BEYOND)).all():
         raise DatasetError(f"{where}: positions must be fractions of the image, 0 to 1, found {shown(row[1:5])}")
+    if not np.isin(points[:, 2:], _FLAGS).all():
+        raise DatasetError(f"{where}: flags of key points must be 0, 1 or 2, found {shown(points[:, 2].tolist())}")
     number = int(values[0])
     if values.size == 5:
         centre, half = fractions[:2], fractions[2:] / 2
@@ -129,17 +136,17 @@ def _names(given: Any, where: str) -> dict[int, str]:
     return {number: str(name) for number, name in sorted(listed.items())}
 
 
-def _point_columns(given: Any, where: str) -> int:
+def _points_shape(given: Any, where: str) -> tuple[int, int]:
     if given is None:
-        return 0
+        return 0, 0
     if (
         not isinstance(given, list)
         or len(given) != 2
         or not all(type(item) is int and 0 < item < 1000 for item in given)
+        or given[1] not in (2, 3)
     ):
         raise DatasetError(f"{where}: kpt_shape must be points and 2 or 3, found {shown(given)}")
-    points, columns = given
-    return int(points * columns)
+    return given[0], given[1]
 
 
 _ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"))
