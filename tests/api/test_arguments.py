@@ -69,6 +69,7 @@ def test_what_fits_is_passed_on() -> None:
     ("call", "words"),
     [
         (lambda: place(), "place: missing a required argument: 'x'; it takes x, *more, lift, on"),
+        (lambda: place(1, "a\udc80"), "place: more[0] must be text that UTF-8 can hold, found 'a\\udc80'"),
         (lambda: place("1"), "place: x must be a number, found '1'"),
         (lambda: place(1, 2), "place: more[0] must be text, found 2"),
         (lambda: place(1, lfit=2), "did you mean 'lift'?"),

@@ -58,6 +58,7 @@ def test_list_says_how_well_bundled_weights_do(capsys) -> None:
         (("generate", "demo", "--out", "x", "--sceness", "3"), "--sceness is not an option; did you mean --scenes?"),
         (("generate", "demo"), "--out DIR is missing"),
         (("generate", "demo", "--out", "x", "--scenes", "many"), "--scenes takes N, found 'many'"),
+        (("generate", "demo", "--out", "x", "--scenes", "9" * 5001), "has 5001 digits, which no option takes"),
         (("predict", "a", "--data", "d", "--out", "o", "--refine", "icpp"), "found 'icpp', did you mean icp?"),
         (("generate", "--out", "x"), "takes a recipe or --merge"),
         (("generate", "demoo", "--out", "x"), "(did you mean 'demo'?)"),

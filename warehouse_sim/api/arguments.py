@@ -1,6 +1,7 @@
 """Check the arguments of a public name: what does not fit is an error that says what does."""
 
 import inspect
+import re
 import sys
 import types
 import typing
@@ -119,9 +120,18 @@ def _check(name: str, parameter: inspect.Parameter, value: Any, hint: Any) -> No
     for key, item in items.items():
         if not fits(item, hint):
             raise InputError(f"{name}: {key} must be {_described(hint)}, found {shown(item)}")
+        if not _is_plain(item):
+            raise InputError(f"{name}: {key} must be text that UTF-8 can hold, found {shown(item)}")
         _check_range(f"{name}: {key}", item, hint)
         if Path in typing.get_args(hint) and isinstance(item, (str, PathLike)):
             _check_path(f"{name}: {key}", str(item))
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether text, or every text of a list, has no half of a character, which no file can hold."""
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_plain, value))
+    return not isinstance(value, str) or value.isascii() or not re.search("[\ud800-\udfff]", value)
 
 
 def _check_path(where: str, path: str) -> None:

@@ -17,6 +17,8 @@ from warehouse_sim.cli.help_page import page, placeholder
 from warehouse_sim.errors import InputError, shown
 
 _NUMBER = re.compile(r"-(\d|\.\d|inf|nan)")
+_TOO_LONG = re.compile(r"[-+]?[\d_.]{301,}")
+"""More digits than the largest number has that floating point holds; Python reads no more than 4,300."""
 
 
 def call(command: Command, function: Callable[..., Any], words: Sequence[str]) -> int | None:
@@ -33,6 +35,11 @@ def call(command: Command, function: Callable[..., Any], words: Sequence[str]) -
     Raises:
         InputError: An option is unknown or missing, or a value is of another type.
     """
+    for word in words:
+        if _TOO_LONG.fullmatch(word):
+            raise InputError(
+                f"{command.name}: {shown(word)} has {len(word)} digits, which no option takes; {_see(command)}"
+            )
     parser = _parser(command, function)
     if any(word in ("-h", "--help", "--help-all") for word in words):
         print(page(command, parser, "--help-all" in words))

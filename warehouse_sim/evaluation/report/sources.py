@@ -112,7 +112,7 @@ def _read_run(path: Path) -> RunSource:
         result_file = path / _RUN_RESULT
         text = result_file.read_text(encoding="utf-8") if result_file.exists() else "{}"
         result = json.loads(text, parse_constant=_reject_constant)
-    except (OSError, ValueError, ConfigError) as problem:
+    except (OSError, ValueError, RecursionError, ConfigError) as problem:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
