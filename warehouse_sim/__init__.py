@@ -87,7 +87,8 @@ if not TYPE_CHECKING:  # to whom every other name is an error
             raise AttributeError(f"module 'warehouse_sim' has no attribute {name!r}{meant}", name=name)
         if name in _EXTRA:
             require_extra(_EXTRA[name], f"for warehouse_sim.{name}")
-        return getattr(import_module(_PUBLIC[name]), name)
+        globals()[name] = found = getattr(import_module(_PUBLIC[name]), name)
+        return found
 
 
 def __dir__() -> list[str]:
