@@ -1,1 +1,0 @@
-"""What must hold before a version is given away, each as one command."""
