@@ -189,6 +189,7 @@ def cases(stock: Stock) -> Iterator[Case]:
     """Yield the cases of Python calls."""
     place = (str(stock.data), str(stock.poses))
     for name, (_, arguments) in calls(*place).items():
+        yield _case(place, name, "", "as it is", "accept")
         for key, (kind, valid) in arguments.items():
             optional, kind = kind.endswith("?"), kind.rstrip("?")
             allowed = _MAY_BE.get(kind, frozenset()) | ({"None"} if optional else frozenset())
@@ -221,7 +222,9 @@ def call(place: tuple[str, str], name: str, key: str, mutation: str) -> str:
     """Make a valid call with one thing wrong, and show what it returns."""
     function, arguments = calls(*place)[name]
     given = {name: value for name, (_, value) in arguments.items()}
-    if mutation == "swapped":
+    if mutation == "as it is":
+        pass
+    elif mutation == "swapped":
         one, other = key.split(",")
         given[one], given[other] = given[other], given[one]
     elif mutation == "missing":
@@ -235,7 +238,7 @@ def call(place: tuple[str, str], name: str, key: str, mutation: str) -> str:
 
 def _estimate(**arrays: Any) -> Any:
     image = ws.RgbdImage.from_arrays(**arrays)
-    return ws.load_estimator("front-fit").estimate(image)
+    return _estimator().estimate(image)
 
 
 def _write(shots: Any = None, **settings: Any) -> None:
@@ -257,6 +260,11 @@ def _hall() -> ws.Scene:
 @cache
 def _settled() -> ws.Scene:
     return _hall().settle()
+
+
+@cache
+def _estimator() -> Any:
+    return ws.load_estimator("densefusion-depth")
 
 
 @cache
