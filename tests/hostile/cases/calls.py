@@ -108,8 +108,7 @@ def calls(data: str, gt: str) -> dict[str, tuple[Callable[[], Callable[..., Any]
         "Dataset.evaluate": (lambda: ws.Dataset(data).evaluate, {
             "estimator": estimator, "split": a_split, "out": out, "bop": ("flag", False), "vsd": ("flag", False)}),
         "Observation.draw": (lambda: ws.Dataset(data)[0].draw, {"path": out}),
-        "Observation": (lambda: ws.Observation, {"reader": ("in", 5), "image": ("in", 5)}),
-        "validate": (lambda: ws.validate, {"data": ("in", data), "progress": progress}),
+        "validate": (lambda: _validated, {"data": ("in", data), "progress": progress}),
         "convert": (lambda: ws.convert, {
             "data": ("in", data), "out": ("out", "made"), "formats": ("name", "yolo"), "resume": ("flag", False),
             "progress": progress}),
@@ -234,6 +233,11 @@ def call(place: tuple[str, str], name: str, key: str, mutation: str) -> str:
     else:
         given[key] = VALUES[mutation]()
     return repr(function()(**given))
+
+
+def _validated(**given: Any) -> None:
+    if wrong := [check for check in ws.validate(**given) if not check.ok]:
+        raise ws.WarehouseSimError(f"{wrong[0].name}: {wrong[0].detail}")
 
 
 def _estimate(**arrays: Any) -> Any:
