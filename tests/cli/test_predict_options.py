@@ -59,6 +59,10 @@ def test_a_split_without_images_names_those_with_images(
         (["--refiner-iterations", "1"], "leave --refiner-iterations out"),
         (["--icp.points", "100"], "leave --icp out"),
         (["--tracking.max-age", "5"], "--tracking changes only what --track filters"),
+        (["--exec-timeout", "5"], "--exec-timeout is of the program of --exec"),
+        (["--objects", "epal9"], "under --objects 'epal9'"),
+        (["--detections", "gtt"], "did you mean 'gt'"),
+        (["--detections", "cluster"], "cluster outlines what boxes are about"),
     ],
 )
 def test_an_option_that_changes_nothing_is_named(
@@ -67,6 +71,25 @@ def test_an_option_that_changes_nothing_is_named(
     command = ["predict", "rectangle-fit", "--data", str(toy_root), "--out", str(tmp_path / "p.csv"), *options]
     assert main(command) == 2
     assert named in capsys.readouterr().err
+
+
+def test_a_gpu_that_is_not_there_is_said(
+    toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    run = made_run(tmp_path / "run")
+    command = ["predict", str(run), "--data", str(toy_root), "--out", str(tmp_path / "p.csv"), "--device", "cuda"]
+    assert main(command) == 2
+    assert "error: device cuda: PyTorch finds no GPU" in capsys.readouterr().err
+
+
+def test_a_folder_in_the_place_of_the_csv_is_said_before_the_work(
+    toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", "rectangle-fit", "--data", str(toy_root), "--out", str(tmp_path), "--split", "all"]) == 2
+    err = capsys.readouterr().err
+    assert "cannot be written (it is a folder)" in err
+    assert "predicting" not in err
 
 
 def test_the_best_settings_are_the_defaults(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import read_results
-from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators import load as module
 from warehouse_sim.estimators.api import Detector, PoseEstimator, Segmenter
 from warehouse_sim.estimators.detections import Finder
@@ -125,7 +125,7 @@ def test_who_names_the_objects_of_a_hall_is_offered_no_others() -> None:
         ("", "pallet1", ()),
         ("", None, ("pallet2",)),
     ]
-    with pytest.raises(InputError, match="does not know 'palet2'"):
+    with pytest.raises(UnknownNameError, match=r"under --objects 'palet2'"):
         taken_by(estimator, found, ("palet2",))
     assert len(taken_by(SimpleNamespace(objects=None), found, ("pallet2",))) == 5
 

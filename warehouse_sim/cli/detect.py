@@ -1,5 +1,6 @@
 """``warehouse-sim detect``: a detector and a dataset become a file of detections, and their scores."""
 
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from warehouse_sim.cli.console import finish, fraction_progress
+from warehouse_sim.cli.replacing import require_free
+from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
 
@@ -19,6 +22,7 @@ def detect(
     labels: Path | None = None,
     visible: float = 0.1,
     height_px: float = 8.0,
+    overwrite: bool = False,
 ) -> None:
     """Find objects in the images of a split, write them as COCO's results, and score them against the labels.
 
@@ -29,9 +33,13 @@ def detect(
         split: Split to look at, or all of them.
         labels: Folder for the same as YOLO's label files, with scores.
         visible: Least visible fraction of what is to be found, 0-1.
-        height_px: Least height of what is to be found (px).
+        height_px: Least height of what is to be found (px), >= 0.
+        overwrite: Replace the JSON file where there is one.
     """
     require_extra("learn", "to detect")
+    require_free(out, overwrite)
+    if not 0.0 <= visible <= 1.0 or not 0.0 <= height_px < inf:
+        raise InputError(f"--visible must be 0-1 and --height-px at least 0, found {visible:g} and {height_px:g}")
     from warehouse_sim.dataset.reader import DatasetReader
     from warehouse_sim.dataset.results.detections import write_labels, write_results
     from warehouse_sim.estimators.predict import detect as find

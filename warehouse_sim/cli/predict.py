@@ -6,9 +6,12 @@ from typing import Annotated, Any
 import tyro
 
 from warehouse_sim.cli.console import finish, fraction_progress
+from warehouse_sim.cli.replacing import require_free
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.optional import require_extra
+
+_TIMEOUT = 60.0
 
 
 def predict(
@@ -20,7 +23,7 @@ def predict(
     pictures: Path | None = None,
     overwrite: bool = False,
     exec: str | None = None,
-    exec_timeout: float = 60.0,
+    exec_timeout: float = _TIMEOUT,
     config: Annotated[PredictConfig, tyro.conf.arg(name="")] = PredictConfig(),  # noqa: B008  frozen
 ) -> None:
     """Estimate the pose of every detected object and write the BOP pose CSV, with covariances and bounds beside it.
@@ -43,8 +46,9 @@ def predict(
 
     if (run is None) == (exec is None):
         raise InputError("predict takes an estimator or --exec COMMAND; see warehouse-sim list estimators")
-    if out.is_file() and not overwrite:
-        raise InputError(f"{out}: is there already; name another file, or add --overwrite")
+    require_free(out, overwrite)
+    if exec is None and exec_timeout != _TIMEOUT:
+        raise InputError("--exec-timeout is of the program of --exec; leave it out")
     if not 0.0 < exec_timeout <= 86_400.0:
         raise InputError(f"--exec-timeout must be above 0 and at most 86400 s, found {exec_timeout:g}")
     estimator: Any = run if exec is None else ProgramEstimator(exec, exec_timeout)

@@ -7,6 +7,18 @@ from tempfile import TemporaryDirectory
 from warehouse_sim.errors import OutputError
 
 
+def require_free(path: Path, overwrite: bool) -> None:
+    """Reject before the work a file that cannot be written after it: one that is there, or a folder.
+
+    Raises:
+        OutputError: It is there, and nobody said that it may go.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path}: cannot be written (it is a folder); choose another place")
+    if path.is_file() and not overwrite:
+        raise OutputError(f"{path}: is there already; name another file, or add --overwrite")
+
+
 def write_one(path: Path, write: Callable[[Path], Path], overwrite: bool) -> Path:
     """Let ``write`` make one file and return its path; a file that is there already must stay what it is.
 

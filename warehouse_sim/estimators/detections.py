@@ -142,8 +142,8 @@ class Finder:
 
     Args:
         names: Detectors, segmenters, run folders of them or files of detections, joined by +, each working on what the
-            one before found; the first may be "ground truth" or "gt-boxes", what the dataset says. "auto" leaves it to
-            estimators that find objects themselves, and is "ground truth" for others.
+            one before found; the first may be "gt" or "gt-boxes", what the dataset says. "auto" leaves it to
+            estimators that find objects themselves, and is "gt" for others.
         gravity: Who says where down is.
         depth: Whose depth is seen; None asks the estimator and the detector for their ``depth_source``, the camera's if
             they have none.
@@ -206,7 +206,12 @@ class Finder:
         return replace(found, detections=taken) if taken else None
 
     def _opened(self, reader: DatasetReader | None = None) -> list[FrontEnd]:
-        return open_stages("+".join(self._names), reader, self._gt is not None) if self._names else []
+        if not self._names:
+            return []
+        try:
+            return open_stages("+".join(self._names), reader, self._gt is not None)
+        except UnknownNameError as problem:
+            raise UnknownNameError(problem.kind, problem.name, [AUTO, GT, GT_BOXES, *problem.known]) from None
 
     def _with_gravity(self, image: RgbdImage) -> RgbdImage:
         if self._gravity == "rig":

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.errors import InputError
+from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection
 
@@ -39,14 +39,14 @@ def taken_by(
         objects: Names of the objects that there are; without any, all of a detection's class that are known.
 
     Raises:
-        InputError: The estimator does not know one of the names.
+        UnknownNameError: The estimator does not know one of the names.
     """
     known = tuple(item for item in found if is_known(estimator, item))
     if not objects or estimator.objects is None:
         return known
     names = {shape.name: shape.class_name for shape in estimator.objects}
     if strange := [name for name in objects if name not in names]:
-        raise InputError(f"--objects: the estimator does not know {strange[0]!r}; it knows: {', '.join(sorted(names))}")
+        raise UnknownNameError("object of the estimator under --objects", strange[0], list(names))
     limited = list[Detection]()
     for item in known:
         alike = tuple(name for name in objects if item.class_name in ("", names[name]))

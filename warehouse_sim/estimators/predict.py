@@ -8,7 +8,7 @@ from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject
-from warehouse_sim.errors import DatasetError, InputError, TrainingError
+from warehouse_sim.errors import DatasetError, InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.detections import (
     GT,
@@ -83,6 +83,8 @@ def predict(
             f"{' and '.join(there) or 'no split'} {'has' if len(there) < 2 else 'have'} some: "
             "choose another split, or all of them (--split all, split='all')"
         )
+    if estimator.objects is None:
+        _require_names(config.objects, [info.name for info in reader.objects.values()])
     estimator.onboard(reader.objects)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.
     if reader.manifest is not None or finder.takes_gt(estimator):
@@ -93,6 +95,8 @@ def predict(
         estimates += _estimate(estimator, reader, group, finder)
         if progress:
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
+    if not estimates:
+        log.warning("%s: no pose was estimated in the %d images of split %s", reader.root, len(images), split)
     estimates = tracked(reader, split, estimates, config.tracking) if config.track else estimates
     if pictures is not None:
         write_pictures(Path(pictures), reader, images, estimates, known_sizes(estimator, reader))
@@ -121,6 +125,17 @@ def require_known(estimator: PoseEstimator, reader: DatasetReader, images: Seque
         raise TrainingError(f"the run was trained on none of {', '.join(left_out)}; it knows: {names}")
     if left_out:
         log.warning("%s: no estimates of what the run was not trained on: %s", reader.root, ", ".join(left_out))
+
+
+def _require_names(given: Sequence[str], known: list[str]) -> None:
+    """Check that a dataset has objects of some names.
+
+    Raises:
+        UnknownNameError: It has none of a name.
+    """
+    for name in given:
+        if name not in known:
+            raise UnknownNameError("object of the dataset under --objects", name, known)
 
 
 def read_images(

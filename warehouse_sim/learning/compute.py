@@ -8,6 +8,8 @@ import torch
 from torch import Tensor, nn
 from torch.overrides import TorchFunctionMode
 
+from warehouse_sim.errors import InputError
+
 
 def on_device(values: Tensor, device: torch.device) -> Tensor:
     """Return a tensor of the CPU on ``device``; a GPU is not waited for."""
@@ -15,6 +17,18 @@ def on_device(values: Tensor, device: torch.device) -> Tensor:
         return values.to(device)
     # From memory that stays where it is, a GPU copies when its turn comes.
     return values.pin_memory().to(device, non_blocking=True)
+
+
+def chosen_device(wanted: Literal["auto", "cpu", "cuda"]) -> torch.device:
+    """Return where to compute; ``auto`` takes a GPU if there is one.
+
+    Raises:
+        InputError: A GPU is asked for, and torch finds none.
+    """
+    has_gpu = torch.cuda.is_available()
+    if wanted == "cuda" and not has_gpu:
+        raise InputError("device cuda: PyTorch finds no GPU on this machine; choose auto or cpu")
+    return torch.device(("cuda" if has_gpu else "cpu") if wanted == "auto" else wanted)
 
 
 Precision = Literal["32-true", "bf16-mixed"]
@@ -54,8 +68,11 @@ def place(
         network: Ready for inference.
         device: "auto" takes a GPU if there is one.
         threads: As they are requested; None takes one for small networks.
+
+    Raises:
+        InputError: A GPU is asked for, and torch finds none.
     """
-    chosen = torch.device(("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device)
+    chosen = chosen_device(device)
     network.to(chosen)
     small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
     return chosen, threads or (1 if small else None)

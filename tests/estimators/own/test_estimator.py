@@ -104,6 +104,7 @@ def test_an_estimator_of_a_file_predicts_every_target(toy_root: Path, mine: Path
     [
         ("{my}:Min", UnknownNameError, "unknown class or function of my.py 'Min' (did you mean 'Mine'?)"),
         ("{my}", InputError, "name the class or function in it, as my.py:Mine"),
+        ("{my}:", InputError, "name the class or function in it, as my.py:Mine"),
         ("{my}:NeedsWeights", InputError, "missing a required argument: 'weights'; give them defaults"),
         ("{my}:NotMade", EstimatorError, "my.py:NotMade failed when it was made: OSError: no licence found"),
         ("{my}:two", InputError, "is called with the image alone, but missing a required argument: 'more'"),
@@ -112,6 +113,7 @@ def test_an_estimator_of_a_file_predicts_every_target(toy_root: Path, mine: Path
         ("{folder}/bad.py:Mine", InputError, "line 2 is not Python"),
         ("{folder}/lacks.py:Mine", InputError, "No module named 'nowhere_at_all'; install what is missing"),
         ("{folder}/raises.py:Mine", EstimatorError, "cannot be imported: ZeroDivisionError: division by zero"),
+        ("{folder}/ends.py:Mine", EstimatorError, "cannot be imported: SystemExit: 3"),
         ("no_module_here:Mine", InputError, "no_module_here: there is no such module here"),
         ("front-ft", UnknownNameError, "did you mean 'front-fit'?"),
     ],
@@ -119,6 +121,7 @@ def test_an_estimator_of_a_file_predicts_every_target(toy_root: Path, mine: Path
 def test_what_cannot_be_opened_is_said_in_one_line(mine: Path, name: str, kind: type, words: str) -> None:
     (mine.parent / "bad.py").write_text("x = 1\ndef (:\n", encoding="utf-8")
     (mine.parent / "lacks.py").write_text("import nowhere_at_all\n", encoding="utf-8")
+    (mine.parent / "ends.py").write_text("raise SystemExit(3)\n", encoding="utf-8")
     (mine.parent / "raises.py").write_text("1 / 0\n", encoding="utf-8")
     with pytest.raises(kind) as caught:
         load_estimator(name.format(my=mine, folder=mine.parent))
@@ -137,6 +140,7 @@ def estimate(scene_id: int = 4, image_id: int = 7, T: Any = None) -> PoseEstimat
         (lambda image: [np.eye(4)], "estimate 0: must be a PoseEstimate"),
         (lambda image: [estimate(T=2 * np.eye(4))], "T_camera_object must be a rotation and a translation (m)"),
         (lambda image: [estimate(T=np.full((4, 4), np.nan))], "T_camera_object must be a rotation"),
+        (lambda image: [estimate(T=np.diag([1, 1, 1, 1.0]) + 3200.0 * np.eye(4, k=3))], "3,200 m away; give metres"),
         (lambda image: [estimate(), estimate(image_id=8)], "estimate 1 is of scene 4, image 8; take image.scene_id"),
     ],
 )
@@ -145,6 +149,14 @@ def test_what_is_returned_is_checked(returns: Callable[[Any], Any], words: str) 
         load_estimator(returns).estimate(image())
     assert words in str(caught.value)
     assert "<lambda> on scene 4, image 7" in str(caught.value)
+
+
+def test_a_class_that_ends_the_program_is_named() -> None:
+    def leave(image: RgbdImage) -> list[PoseEstimate]:
+        raise SystemExit(0)
+
+    with pytest.raises(EstimatorError, match="failed on scene 4, image 7: SystemExit: 0"):
+        load_estimator(leave).estimate(image())
 
 
 def test_objects_of_users_are_checked() -> None:

@@ -22,6 +22,8 @@ _TOLERANCE = 1e-2
 _LARGEST, _LARGEST_WHOLE = sys.float_info.max, 10**18
 FARTHEST_ERROR = 1e6
 """No error of a pose is larger (m)."""
+_FARTHEST = 300.0
+"""Any object of a warehouse is nearer to the camera (m)."""
 
 
 def require_estimates(found: Any, where: str) -> list[PoseEstimate]:
@@ -65,10 +67,15 @@ def estimate_fault(item: Any) -> str | None:
     covariance = item.covariance
     if covariance is not None and not (_is_array(covariance, (6, 6)) and np.isfinite(covariance).all()):
         return f"covariance must be a 6 x 6 array of finite numbers or None, found {shown(covariance)}"
-    T = item.T_camera_object
+    return _pose_fault(item.T_camera_object)
+
+
+def _pose_fault(T: Any) -> str | None:
     if not _is_array(T, (4, 4)):
         return f"T_camera_object must be a 4 x 4 array, found {shown(T)}"
-    if not is_rigid(T.astype(float), _TOLERANCE) or np.abs(T[:3, 3]).max() > _FARTHEST_MM / 1000.0:
+    if (far := float(np.abs(T[:3, 3]).max())) > _FARTHEST:
+        return f"T_camera_object says that the object is {far:,.0f} m away; give metres, not millimetres"
+    if not is_rigid(T.astype(float), _TOLERANCE):
         return f"T_camera_object must be a rotation and a translation (m), found {shown(T.tolist())}"
     return None
 

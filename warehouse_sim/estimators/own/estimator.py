@@ -155,7 +155,7 @@ def errors_of(name: str, place: str) -> Iterator[None]:
     """Turn any error of a user's code into one that names the estimator and holds the user's part of the traceback."""
     try:
         yield
-    except Exception as problem:
+    except (Exception, SystemExit) as problem:  # a class that ends the program would do so without a word
         message = f"estimator {name} failed {place}: {summary_of(problem)}"
         raise EstimatorError(message, own_traceback(problem)) from problem
 

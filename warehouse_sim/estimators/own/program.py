@@ -50,7 +50,7 @@ class ProgramEstimator(PoseEstimator):
 
     def __init__(self, command: str, timeout: float = 60.0) -> None:
         words = _split(command)
-        self.__name__ = Path(words[0]).name
+        self.__name__, self._called = Path(words[0]).name, f"program {shown(command)}"
         self._timeout, self._line = timeout, 0
         self._folder = tempfile.TemporaryDirectory(prefix="warehouse-sim-")
         self._numbers: dict[str, int] = {}
@@ -139,7 +139,7 @@ class ProgramEstimator(PoseEstimator):
             except queue.Empty:
                 self._process.kill()
                 raise InputError(
-                    f"{self.__name__}: no answer to scene {image.scene_id}, image {image.image_id} within "
+                    f"{self._called}: no answer to scene {image.scene_id}, image {image.image_id} within "
                     f"{self._timeout:g} s; end each image with an empty line, or raise --exec-timeout"
                 ) from None
             if line is None:
@@ -188,13 +188,13 @@ class ProgramEstimator(PoseEstimator):
 
     def _bad(self, why: str, line: Any) -> InputError:
         text = line.strip() if isinstance(line, str) else json.dumps(line)
-        return InputError(f"{self.__name__}: line {self._line} {why}: {shown(text)}")
+        return InputError(f"{self._called}: line {self._line} {why}: {shown(text)}")
 
     def _ended(self) -> InputError:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=2.0)
         return InputError(
-            f"{self.__name__}: ended with exit code {self._process.returncode} before all images; "
+            f"{self._called}: ended with exit code {self._process.returncode} before all images; "
             "it must read lines until its input ends"
         )
 

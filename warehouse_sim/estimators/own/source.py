@@ -18,7 +18,7 @@ _PREFIX = "warehouse_sim_own_"
 def is_own_source(name: str) -> bool:
     """Return whether a name is written as ``file.py:Class``, ``module:Class`` or ``file.py``."""
     source, colon, attribute = name.rpartition(":")
-    return name.endswith(".py") or bool(colon and source and attribute)
+    return name.endswith((".py", ".py:")) or bool(colon and source and attribute)
 
 
 def source_file(name: str) -> Path | None:
@@ -43,8 +43,8 @@ def open_source(name: str) -> PoseEstimator:
         UnknownNameError: The file has no such class.
         EstimatorError: The class or the file raises an error.
     """
-    source, _, attribute = ("", "", "") if name.endswith(".py") else name.rpartition(":")
-    path = Path(source or name)
+    source, _, attribute = name.rpartition(":") if ":" in name else (name, "", "")
+    path = Path(source)
     module = _from_file(path) if path.suffix == ".py" else _from_module(source)
     shown = path.name if path.suffix == ".py" else source
     known = _names(module)
@@ -68,7 +68,7 @@ def _from_file(path: Path) -> ModuleType:
     sys.modules[key] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as problem:
+    except (Exception, SystemExit) as problem:
         del sys.modules[key]
         raise _import_error(str(path), problem) from problem
     return module
@@ -85,11 +85,11 @@ def _from_module(source: str) -> ModuleType:
             f"{source}: there is no such module here or among the installed packages; "
             "correct its name, or name a file as path/file.py:Class"
         ) from None
-    except Exception as problem:
+    except (Exception, SystemExit) as problem:
         raise _import_error(source, problem) from problem
 
 
-def _import_error(source: str, problem: Exception) -> InputError:
+def _import_error(source: str, problem: BaseException) -> InputError:
     if isinstance(problem, SyntaxError):
         return InputError(f"{source}: line {problem.lineno} is not Python: {problem.msg}; correct it")
     if isinstance(problem, ImportError):

@@ -65,6 +65,9 @@ class BoxClusters(Segmenter):
         config: Settings.
     """
 
+    needs_detections = True
+    """It outlines what boxes are about, and finds nothing by itself."""
+
     def __init__(self, config: BoxClusterConfig = BoxClusterConfig()) -> None:
         self.config = config
 
