@@ -1,7 +1,7 @@
 """One family of errors: each says what, where and what to do, in one line."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 _LONGEST = 80
@@ -46,9 +46,9 @@ class UnknownNameError(WarehouseSimError):
     """A name is not registered; the message lists the known ones, or those most like it where they are many."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        near = nearest(name, known)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
-        super().__init__(f"unknown {kind} {shown(name)}{hint}; known: {_listed(name, sorted(known)) or '(none)'}")
+        super().__init__(
+            f"unknown {kind} {shown(name)}{suggestion(name, known)}; known: {_listed(name, sorted(known)) or '(none)'}"
+        )
         self.kind, self.name, self.known = kind, name, sorted(known)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:
@@ -70,6 +70,12 @@ def nearest(name: str, known: Sequence[str]) -> list[str]:
 
 def _plain(name: str) -> str:
     return name.lower().replace("-", "_").replace(" ", "_")
+
+
+def suggestion(name: Any, known: Iterable[str]) -> str:
+    """Return " (did you mean 'demo'?)" with the known name that is most like another one; nothing if none is."""
+    near = nearest(str(name), list(known))
+    return f" (did you mean {near[0]!r}?)" if near else ""
 
 
 def _listed(name: str, known: Sequence[str]) -> str:

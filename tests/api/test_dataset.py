@@ -94,7 +94,7 @@ def test_it_shows_itself(data: Dataset) -> None:
         (lambda data: data[True], InputError, "found True"),
         (lambda data: data[::0], InputError, "no step of 0"),
         (lambda data: data["a":2], InputError, "whole numbers"),
-        (lambda data: data.split("tset"), DatasetError, "no split 'tset'; did you mean 'test'? there are train, val"),
+        (lambda data: data.split("tset"), DatasetError, "no split 'tset' (did you mean 'test'?); known: train, val"),
         (lambda data: data.split(3), InputError, "name must be text, found 3"),
         (lambda data: Dataset(), InputError, "missing a required argument: 'path'"),
         (lambda data: Dataset(None), InputError, "path must be text or a path, found None"),

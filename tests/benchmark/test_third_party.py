@@ -89,11 +89,11 @@ def test_of_linemod_thirteen_objects_count_in_a_protocol_of_their_own(tmp_path: 
 
 def test_a_folder_that_a_suite_does_not_take_is_rejected(tmp_path: Path) -> None:
     street = write_near_street(tmp_path / "kitti")
-    with pytest.raises(InputError, match="the suite robustness takes no third-party folder"):
+    with pytest.raises(InputError, match="the suite robustness takes no third-party data"):
         run("robustness", street, tmp_path / "out")
-    with pytest.raises(InputError, match="fusion takes linemod"):
+    with pytest.raises(InputError, match="fusion takes third-party data of linemod, found kitti"):
         run("fusion", street, tmp_path / "out")
-    with pytest.raises(InputError, match="is other"):
+    with pytest.raises(InputError, match="multimodal takes third-party data of linemod and kitti; leave --data out"):
         run("multimodal", make_toy(tmp_path / "toy"), tmp_path / "out")
 
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 import numpy as np
 
 from warehouse_sim.api.arguments import checked
-from warehouse_sim.api.estimates import chosen_split, estimates_of, method_name, require_split, scores_of
+from warehouse_sim.api.estimates import chosen_split, estimates_of, method_name, scores_of
 from warehouse_sim.api.observation import Observation
 from warehouse_sim.api.torch_fields import torch_view
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, is_dataset
 from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError, InputError, OutOfRangeError, shown
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ class Dataset(Sequence[Observation]):
         Raises:
             DatasetError: There is no such split.
         """
-        require_split(self, name)
+        require_split(self.path, name, self.scored.splits)
         names = (name,) if name in self._reader.parts else ("train", "val")
         return self._part([place for place, image in enumerate(self._images) if image.split in names])
 

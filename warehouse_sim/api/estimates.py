@@ -4,13 +4,13 @@ The stages are imported when they are used, so that to open a dataset loads neit
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from warehouse_sim.api.arguments import settings_of
 from warehouse_sim.dataset.reader import ALL, DatasetReader
-from warehouse_sim.errors import DatasetError, InputError, shown
+from warehouse_sim.dataset.split import require_split
+from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.optional import require_extra
 from warehouse_sim.schema import PoseEstimate
@@ -43,26 +43,13 @@ def chosen_split(data: Opened, split: str | None) -> str:
     """
     if split is not None:
         if split != ALL:
-            require_split(data, split)
+            require_split(data.path, split, data.scored.splits)
         return split
     reader = data.scored
     found = [name for name in reader.parts if reader.images(name)]
     if not found:
         raise DatasetError(f"{data.path}: there is no observation to look at")
     return found[0] if len(found) == 1 else _TEST if _TEST in found else ALL
-
-
-def require_split(data: Opened, name: str) -> None:
-    """Reject the name of a split that the dataset does not have.
-
-    Raises:
-        DatasetError: There is no such split; the message lists those there are.
-    """
-    splits = list(data.scored.splits)
-    if name not in splits:
-        meant = get_close_matches(name, splits, 1)
-        hint = f"did you mean {meant[0]!r}? " if meant else ""
-        raise DatasetError(f"{data.path}: there is no split {shown(name)}; {hint}there are {', '.join(splits)}")
 
 
 def estimates_of(

@@ -74,8 +74,11 @@ def protocol(suite: Suite, reader: DatasetReader, data: Path) -> Protocol:
     """
     kind = kind_of(reader)
     if kind not in suite.takes:
-        taken = ", ".join(suite.takes) or "no third-party folder"
-        raise InputError(f"{data}: is {kind}, the suite {suite.name} takes {taken}")
+        takes = f"takes third-party data of {' and '.join(suite.takes)}" if suite.takes else "takes no third-party data"
+        found = "" if kind == "other" else f", found {kind}"
+        raise InputError(
+            f"--data {data}: the suite {suite.name} {takes}{found}; leave --data out or choose another suite"
+        )
     if kind == "linemod":
         return Protocol(kind, objects=LINEMOD_OBJECTS)
     if suite.name == "distance":  # its groups are by distance and points

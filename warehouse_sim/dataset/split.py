@@ -1,18 +1,32 @@
 """Train, validation and test are split by scene, never by image; on request so that they are alike."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown, suggestion
 from warehouse_sim.ranges import Fraction, ranged
 
 Split = Literal["train", "val", "test"]
 SPLITS: tuple[Split, ...] = ("train", "val", "test")
 # Who gets a scene first when there are fewer scenes than splits.
 _PRIORITY: tuple[Split, ...] = ("train", "test", "val")
+
+
+def require_split(root: Path, name: str, known: Iterable[str]) -> None:
+    """Check that a dataset has a split.
+
+    Raises:
+        DatasetError: It has not; names those that there are.
+    """
+    there = list(known)
+    if name not in there:
+        hint = suggestion(name, there)
+        raise DatasetError(f"{root}: there is no split {shown(name)}{hint}; known: {', '.join(there)}")
 
 
 @dataclass(frozen=True)

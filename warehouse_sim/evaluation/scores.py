@@ -155,12 +155,12 @@ class Scores:
         unknown = int((self.table.has_pockets & (self.table.verdict == "")).sum())
         if unknown:
             lines.append(
-                f"evaluated: of {unknown} pallets the dataset does not say whether a truck can reach them, they are "
+                f"docking: of {unknown} pallets the dataset does not say whether a truck can reach them; they are "
                 "evaluated all the same; generate the dataset again to have it"
             )
         if self.docking_left_out:
             reasons = ", ".join(f"{count} {reason}" for reason, count in self.docking_left_out.items())
-            lines.append(f"evaluated: {evaluated} of {pockets} pallets; left out: {reasons}")
+            lines.append(f"docking: evaluated on {evaluated} of {pockets} pallets; left out: {reasons}")
         stacks = next((item for item in self.groups.get("stacking", ()) if item.label == "stacked"), None)
         if stacks is not None and stacks.dockable_count:
             margins = self.settings["metrics"]["docking_margin_mm"]

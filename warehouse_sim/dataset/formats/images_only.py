@@ -1,6 +1,5 @@
 """What readers have in common of formats that hold images with boxes and masks: no depth, no shapes."""
 
-from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
@@ -70,13 +69,3 @@ def inside(folder: Path, name: str, where: str) -> Path:
     if not name or path.is_absolute() or ".." in path.parts or "\\" in name or "\0" in name:
         raise DatasetError(f"{where}: {name[:80]!r} must be the name of a file in the dataset, without '..'")
     return folder / path
-
-
-def require_split(splits: Mapping[str, object], split: str, root: Path) -> None:
-    """Reject a split that is not there.
-
-    Raises:
-        DatasetError: It is not.
-    """
-    if split not in splits:
-        raise DatasetError(f"{root}: there is no split {split!r}; known: {', '.join(splits)}")

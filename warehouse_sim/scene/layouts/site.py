@@ -13,7 +13,7 @@ import numpy as np
 
 from warehouse_sim.catalog.building import FLOOR_SIZE, WALL_SIZE
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, PlacementError, shown
+from warehouse_sim.errors import ConfigError, PlacementError, shown, suggestion
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
@@ -218,6 +218,7 @@ class Layout(ABC):
         if not isinstance(kind, str) or kind not in Layout.kinds:
             raise ConfigError(
                 f"{where}: kind must be one of {', '.join(map(repr, sorted(Layout.kinds)))}, found {shown(kind)}"
+                + suggestion(kind, Layout.kinds)
             )
         return Layout.kinds[kind]
 

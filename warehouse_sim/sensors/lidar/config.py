@@ -5,7 +5,7 @@ from math import ceil
 from typing import Annotated, Any, Literal
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, nearest, shown
+from warehouse_sim.errors import ConfigError, shown, suggestion
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.sensors.lidar.finishes import BrightnessConfig
 from warehouse_sim.sensors.lidar.lasers import LASERS
@@ -102,9 +102,8 @@ class LidarConfig:
         settings = {"model": data} if isinstance(data, str) else data
         name = settings.get("model", "hdl64e") if isinstance(settings, dict) else "hdl64e"
         if not isinstance(name, str) or name not in LIDAR_PRESETS:
-            near = nearest(name, list(LIDAR_PRESETS)) if isinstance(name, str) else []
-            hint = f"did you mean {near[0]!r}? " if near else ""
-            raise ConfigError(f"{where}: {shown(name)} is no LiDAR preset; {hint}known: {', '.join(LIDAR_PRESETS)}")
+            hint, known = suggestion(name, LIDAR_PRESETS), ", ".join(LIDAR_PRESETS)
+            raise ConfigError(f"{where}: {shown(name)} is no LiDAR preset{hint}; known: {known}")
         if isinstance(settings, dict):
             preset, brightness = to_mapping(LIDAR_PRESETS[name]), settings.get("brightness")
             if isinstance(brightness, dict):

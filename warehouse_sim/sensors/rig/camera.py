@@ -1,6 +1,5 @@
 """The camera of a rig: image size, focal length and lens."""
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any
@@ -8,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, UnknownNameError, shown
+from warehouse_sim.errors import ConfigError, UnknownNameError, shown, suggestion
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye
 from warehouse_sim.geometry.lens import Distortion
@@ -69,9 +68,7 @@ class CameraConfig:
         if not isinstance(name, str):
             return from_mapping(cls, _with_focal(data, cls().width, where), where)
         if name not in CAMERA_PRESETS:
-            near = difflib.get_close_matches(name, CAMERA_PRESETS, 1)
-            hint = f" (did you mean {near[0]!r}?)" if near else ""
-            known = ", ".join(sorted(CAMERA_PRESETS))
+            hint, known = suggestion(name, CAMERA_PRESETS), ", ".join(sorted(CAMERA_PRESETS))
             raise ConfigError(f"{where}: {shown(name)} is no camera preset{hint}; known: {known}")
         preset = CAMERA_PRESETS[name]
         if not isinstance(data, dict):

@@ -23,7 +23,7 @@ from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.split import SPLITS, require_split
 from warehouse_sim.errors import DatasetError
 
 
@@ -123,8 +123,7 @@ class ExternalReader:
         Raises:
             DatasetError: No such split, or a table is missing or malformed.
         """
-        if split not in self._sources:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self._sources)}")
+        require_split(self.root, split, self._sources)
         if split not in self._images:
             images = self._sources[split].images(split, set(self.objects))
             if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):

@@ -16,7 +16,7 @@ from warehouse_sim.dataset.formats.bop.tables import read_bop_scene
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.split import SPLITS, require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 
@@ -55,8 +55,7 @@ class BopReader:
         Raises:
             DatasetError: No such split, or a table is missing or malformed.
         """
-        if split not in self.splits:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self.splits)}")
+        require_split(self.root, split, self.splits)
         if split not in self._images:
             camera, where = read_json(self._bop.camera), str(self._bop.camera)
             size = take(camera, "width", int, where, PIXELS), take(camera, "height", int, where, PIXELS)

@@ -31,11 +31,11 @@ from warehouse_sim.dataset.formats.images_only import (
     box_mask,
     guessed_camera,
     inside,
-    require_split,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
+from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 
@@ -226,7 +226,7 @@ class CocoReader(ImagesOnly):
         Raises:
             DatasetError: No such split, or its table is missing or malformed.
         """
-        require_split(self._paths, split, self.root)
+        require_split(self.root, split, self._paths)
         return self._table(split).images
 
     def files(self, split: str) -> list[Path]:

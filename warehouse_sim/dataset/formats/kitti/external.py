@@ -32,6 +32,7 @@ from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_text
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import LidarScan, MountedReading
@@ -169,8 +170,7 @@ class ExternalKittiReader:
         Raises:
             DatasetError: No such split, or a file is missing or malformed.
         """
-        if split not in self._frames:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self._frames)}")
+        require_split(self.root, split, self._frames)
         if split not in self._images:
             self._images[split] = [self._record(split, frame) for frame in self._frames[split]]
         return self._images[split]

@@ -24,7 +24,7 @@ from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, read_yam
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.split import SPLITS, require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.mesh_file import load_mesh
@@ -75,8 +75,7 @@ class LinemodReader:
         Raises:
             DatasetError: No such split, or a table is missing or malformed.
         """
-        if split not in self.splits:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self.splits)}")
+        require_split(self.root, split, self.splits)
         if split not in self._images:
             has_val = any((folder / "val.txt").is_file() for folder in self._folders.values())
             listed = split if has_val or split == "test" else "train"

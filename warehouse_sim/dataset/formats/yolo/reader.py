@@ -17,11 +17,11 @@ from warehouse_sim.dataset.formats.images_only import (
     box_mask,
     guessed_camera,
     inside,
-    require_split,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
+from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError, WarehouseSimError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.yaml_file import read_yaml
@@ -184,14 +184,14 @@ class YoloReader(ImagesOnly):
         Raises:
             DatasetError: No such split, or a file is missing or malformed.
         """
-        require_split(self._data.folders, split, self.root)
+        require_split(self.root, split, self._data.folders)
         if split not in self._images:
             self._images[split] = [self._image(split, i, path) for i, path in enumerate(self._paths(split))]
         return self._images[split]
 
     def files(self, split: str) -> list[Path]:
         """Return images and labels of a split, sorted."""
-        require_split(self._data.folders, split, self.root)
+        require_split(self.root, split, self._data.folders)
         labels = [path for path in map(label_path, self._paths(split)) if path.is_file()]
         return sorted([*self._paths(split), *labels])
 

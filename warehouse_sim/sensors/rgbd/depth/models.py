@@ -3,7 +3,7 @@
 from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, shown
+from warehouse_sim.errors import ConfigError, shown, suggestion
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
 from warehouse_sim.sensors.rgbd.depth.flight.tof_industrial import TOF_INDUSTRIAL
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
@@ -62,4 +62,6 @@ def read_depth_model(data: Any, where: str) -> DepthModel:
 
 def _require_known(name: Any, known: dict[str, Any], where: str) -> None:
     if not isinstance(name, str) or name not in known:
-        raise ConfigError(f"{where} must be one of {', '.join(map(repr, known))}, found {shown(name)}")
+        raise ConfigError(
+            f"{where} must be one of {', '.join(map(repr, known))}, found {shown(name)}{suggestion(name, known)}"
+        )

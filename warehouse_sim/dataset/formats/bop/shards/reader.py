@@ -17,7 +17,7 @@ from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.split import SPLITS, require_split
 from warehouse_sim.errors import DatasetError
 
 _ROWS = ("camera.json", "gt.json", "gt_info.json")
@@ -58,8 +58,7 @@ class ShardsReader:
         Raises:
             DatasetError: No such split, or a shard is missing or malformed.
         """
-        if split not in self.splits:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; known: {', '.join(self.splits)}")
+        require_split(self.root, split, self.splits)
         if split not in self._images:
             self._images[split] = [self._record(split, scene, image) for scene, image in self._split(split).numbers()]
         return self._images[split]
