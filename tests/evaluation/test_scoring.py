@@ -254,8 +254,8 @@ QUARTER_TURNS = [np.round(make_transform(rotation_z(k * np.pi / 2))).tolist() fo
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"diameter": 0}, "diameter must be 0.0001 to 10000, found 0.0"),
-        ({"diameter": -1}, "diameter must be 0.0001 to 10000, found -1.0"),
+        ({"diameter": 0}, "diameter must be 0.0001-10,000 m, found 0.0"),
+        ({"diameter": -1}, "diameter must be 0.0001-10,000 m, found -1.0"),
         ({"diameter": 14.49}, "diameter 14.49 m does not go with size"),
         ({"diameter": 1.25}, "diameter is 1.25 m, the mesh has 1.44939 m"),
         ({"symmetries": QUARTER_TURNS}, "moves the surface elsewhere"),
