@@ -90,7 +90,7 @@ class Worker:
         try:
             self._pipe.send((case, self._tried))
             answer = self._pipe.recv() if self._pipe.poll(_WALL_SECONDS) else f"slept for {_WALL_SECONDS:g} s"
-        except EOFError:
+        except (EOFError, ConnectionResetError):
             self._process.join()
             number = -self._process.exitcode
             death = signal.Signals(number).name if number > 0 else f"exit code {-number} from within"
@@ -143,7 +143,7 @@ def _serve(pipe: Connection, scratch: Path) -> None:
     while True:
         try:
             case, number = pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionResetError):
             return
         pipe.send(_attempt(case, scratch / f"case-{os.getpid()}-{number}", paths))
 

@@ -206,7 +206,7 @@ def cases(stock: Stock) -> Iterator[Case]:
 
 def _case(place: tuple[str, str], name: str, key: str, mutation: str, expect: Expectation) -> Case:
     value = VALUES[mutation]() if mutation in VALUES else ""
-    shown = "(4, 4)" if isinstance(value, np.ndarray) else repr(str(value))[1:-1][:20]
+    shown = "(4, 4)" if isinstance(value, np.ndarray) else repr(str(value))[1:-1][:20] or "''"
     names = (*key.split(","), name.partition(".")[0], shown)
     step = partial(call, place, name, key, mutation)
     return Case("call", f"{name}:{key}", mutation, (step,), _write_places, expect, None, names)
