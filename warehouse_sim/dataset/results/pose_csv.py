@@ -52,7 +52,7 @@ def estimate_fault(item: Any) -> str | None:
         return f"must be a PoseEstimate, found {shown(item)}"
     for name in ("scene_id", "image_id", "obj_id", "detection"):
         value = getattr(item, name)
-        if not isinstance(value, Integral) or isinstance(value, bool) or not -_LARGEST_WHOLE < value < _LARGEST_WHOLE:
+        if not isinstance(value, Integral) or isinstance(value, bool) or abs(int(value)) >= _LARGEST_WHOLE:
             return f"{name} must be a whole number, found {shown(value)}"
     for name in ("score", "time"):
         value = getattr(item, name)
