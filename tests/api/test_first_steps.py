@@ -25,7 +25,7 @@ DATASET = """
 import warehouse_sim as ws
 data = ws.generate("demo", "out", scenes=2)          # name, path or Recipe; str or Path everywhere
 obs = data[3]; len(data); data.split("train")        # ws.Dataset("out") opens any readable folder
-obs.rgb, obs.depth, obs.points, obs.camera           # numpy, SI, read when asked for
+obs.rgb, obs.depth, obs.points, obs.camera           # numpy, SI, read on demand
 for o in obs.objects: o.name, o.T_camera_object, o.mask, o.visible_fraction, o.box_3d
 obs.draw("look.png")                                 # shows itself in a notebook
 loader = torch.utils.data.DataLoader(data.torch("rgb", "depth", "poses"), 2)

@@ -43,7 +43,7 @@ class Shot(Observation):
         self.take = take
         """What ``ws.Writer`` stores."""
         dataset = ObservedDataset(take.observation, hand_made.labelled_models(take))
-        # It has all of a reader that an observation asks for.
+        # It has all of a reader that an observation requires.
         self._reader = cast(DatasetReader, dataset)
         self._image = dataset.record
 

@@ -23,7 +23,7 @@ def chosen_device(wanted: Literal["auto", "cpu", "cuda"]) -> torch.device:
     """Return where to compute; ``auto`` takes a GPU if there is one.
 
     Raises:
-        InputError: A GPU is asked for, and torch finds none.
+        InputError: A GPU is requested, and torch finds none.
     """
     has_gpu = torch.cuda.is_available()
     if wanted == "cuda" and not has_gpu:
@@ -70,7 +70,7 @@ def place(
         threads: As they are requested; None takes one for small networks.
 
     Raises:
-        InputError: A GPU is asked for, and torch finds none.
+        InputError: A GPU is requested, and torch finds none.
     """
     chosen = chosen_device(device)
     network.to(chosen)
