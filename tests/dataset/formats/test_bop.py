@@ -13,7 +13,7 @@ from tests.dataset.toy import CAMERA, CARTON, PALLET, make_dataset, make_manifes
 from warehouse_sim.dataset.files.image_io import decode_mask
 from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.dataset.formats.bop.models import even_mesh, symmetry_rows, write_models
-from warehouse_sim.dataset.formats.bop.writer import BopWriter
+from warehouse_sim.dataset.formats.bop.writer import BopWriter, TargetLists
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.validate import validate
@@ -177,6 +177,14 @@ def test_targets_count_what_is_visible_enough(tmp_path: Path) -> None:
     assert rows == [{"scene_id": 2, "im_id": 0}, {"scene_id": 2, "im_id": 1}]
     coco = json.loads((tmp_path / "bop" / "test" / "000002" / "scene_gt_coco.json").read_text())
     assert [annotation["ignore"] for annotation in coco["annotations"]] == [True, False, False]
+
+
+def test_targets_are_listed_by_object(tmp_path: Path) -> None:
+    lists, seen = TargetLists(), {"visib_fract": 0.5}
+    lists.add(3, 4, [{"obj_id": number} for number in (7, 2, 7, 5)], [seen, seen, seen, {"visib_fract": 0.09}])
+    lists.write(tmp_path)
+    rows = json.loads((tmp_path / "test_targets_bop19.json").read_text())
+    assert [(row["obj_id"], row["inst_count"]) for row in rows] == [(2, 1), (7, 2)]
 
 
 def test_object_without_model_is_rejected(tmp_path: Path) -> None:
