@@ -232,9 +232,15 @@ def test_a_split_without_images_is_rejected(data, tmp_path):
 
 
 def test_a_split_without_ground_truth_is_rejected(data, tmp_path):
-    config = ScoreConfig(MeasureConfig(min_visible_fraction=1.0))
+    hidden = tmp_path / "hidden"
+    shutil.copytree(data, hidden)
+    for path in hidden.glob("bop/*/*/scene_gt_info.json"):
+        rows = json.loads(path.read_text())
+        for row in (row for image in rows.values() for row in image):
+            row["visib_fract"] = 0.05
+        path.write_text(json.dumps(rows))
     with pytest.raises(EvaluationError, match="no ground truth that is visible enough"):
-        evaluate(write_estimates([], tmp_path / "a.csv"), data, "test", config)
+        evaluate(write_estimates([], tmp_path / "a.csv"), hidden, "test")
 
 
 def test_a_dataset_whose_objects_are_incomplete_is_rejected(data, tmp_path):
