@@ -88,6 +88,9 @@ def test_every_package_of_every_target_is_pinned() -> None:
     assert installed_by("dev") | installed_by("speed") | installed_by("cluster") <= pinned | installer
 
 
+OURS = {"tests", "benchmarks", "docs", "locks", "warehouse_sim"}
+
+
 def test_what_tests_import_is_installed_for_them() -> None:
     brought, owners = installed_by("dev"), packages_distributions()
     for path in sorted((ROOT / "tests").rglob("*.py")):
@@ -96,7 +99,13 @@ def test_what_tests_import_is_installed_for_them() -> None:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
-            for top in {name.partition(".")[0] for name in names} - {"tests", "benchmarks", "docs", "warehouse_sim"}:
+            for top in {name.partition(".")[0] for name in names} - {
+                "tests",
+                "benchmarks",
+                "docs",
+                "locks",
+                "warehouse_sim",
+            }:
                 owned = {plain(owner) for owner in owners.get(top, ())}
                 assert top in sys.stdlib_module_names or owned & brought, f"{path}: {top}"
 

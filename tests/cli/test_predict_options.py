@@ -62,7 +62,7 @@ def test_a_split_without_images_names_those_with_images(
         (["--exec-timeout", "5"], "--exec-timeout is of the program of --exec"),
         (["--objects", "epal9"], "under --objects 'epal9'"),
         (["--detections", "gtt"], "did you mean 'gt'"),
-        (["--detections", "cluster"], "cluster outlines what boxes are about"),
+        (["--detections", "cluster"], "cluster segments objects in boxes"),
     ],
 )
 def test_an_option_that_changes_nothing_is_named(

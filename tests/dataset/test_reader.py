@@ -45,7 +45,7 @@ def test_everything_written_is_read_back(toy_root: Path) -> None:
 
 
 def test_unknown_split_lists_the_known_ones(toy_root: Path) -> None:
-    with pytest.raises(DatasetError, match="no split 'eval'; known: train, val, test"):
+    with pytest.raises(DatasetError, match=r"no split 'eval' \(did you mean 'val'\?\); known: train, val, test"):
         DatasetReader(toy_root).images("eval")
 
 

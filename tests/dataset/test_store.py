@@ -118,7 +118,7 @@ def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key:
 
 def test_other_folders_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "holiday.jpg").touch()
-    with pytest.raises(DatasetError, match="the folder is not empty; choose another one, or add --resume"):
+    with pytest.raises(DatasetError, match="the folder is not empty; choose another one, go on with --resume"):
         DatasetStore(tmp_path, make_manifest()).begin([PALLET], CAMERA)
     with pytest.raises(DatasetError, match="holds no dataset to resume; choose an empty folder"):
         DatasetStore(tmp_path, make_manifest()).begin([PALLET], CAMERA, resume=True)

@@ -132,10 +132,10 @@ def test_where_nothing_is_stated_it_is_rejected(toy_root: Path) -> None:
 @pytest.mark.parametrize(
     ("entry", "value", "message"),
     [
-        ("depth_factor", 0, "depth_factor must be 0.1 to 10, found 0"),
+        ("depth_factor", 0, "depth_factor must be 0.1-10, found 0"),
         ("time_offset", {}, "must name the same sensors"),
-        ("T_camera_sensor", {"lidar": [[1, 0], [0, 1]]}, "T_camera_sensor: lidar: is not a rigid 4x4"),
-        ("camera", {"fx": 1.0}, "the entry 'fy' is missing"),
+        ("T_camera_sensor", {"lidar": [[1, 0], [0, 1]]}, "T_camera_sensor.lidar: is not a rigid 4x4"),
+        ("camera", {"fx": 1.0}, "the entry 'width' is missing"),
     ],
 )
 def test_what_is_malformed_is_named(tmp_path: Path, entry: str, value: object, message: str) -> None:

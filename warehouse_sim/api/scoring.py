@@ -55,6 +55,7 @@ def predict(
         UnknownNameError: No estimator has that name.
         DatasetError: The folder is no dataset, or has no such split.
     """
+    require_extra("learn", "to predict")
     opened = as_dataset(data)
     estimates = estimates_of(opened, estimator, chosen_split(opened, split), settings, progress, pictures)
     if out is not None:

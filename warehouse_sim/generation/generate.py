@@ -9,6 +9,7 @@ from pathlib import Path
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
@@ -60,6 +61,8 @@ def generate(
     BACKENDS.get(config.backend)
     plan = plan_dataset(recipe, config)
     with one_writer(out):
+        if config.overwrite:
+            discard_dataset(out)
         return _write(recipe, plan, out, config, progress)
 
 

@@ -48,7 +48,7 @@ def test_an_effect_that_may_be_nothing_is_not_bold() -> None:
 
 def test_the_first_lines_name_size_and_what_was_not_scored() -> None:
     lines = list(summary(RESULT))
-    assert lines[0].startswith("Made at the small sizes")
+    assert lines[0].startswith("Run at the small sizes")
     assert any("4 scenes, 8 images, 200 ground truths" in line for line in lines)
     assert any(line.startswith("not scored: nobody") for line in lines)
 

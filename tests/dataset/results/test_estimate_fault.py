@@ -29,7 +29,7 @@ def test_good_estimates_pass() -> None:
         ({"covariance": np.full((6, 6), np.nan)}, "covariance must be a 6 x 6 array of finite numbers or None"),
         (
             {"T_camera_object": np.eye(4) + np.outer([1e9, 0, 0, 0], [0, 0, 0, 1])},
-            "T_camera_object must be a rotation and a",
+            "T_camera_object says that the object is 1,000,000,000 m away; give metres",
         ),
         ({"time": None}, "time must be a finite number, found None"),
         ({"detection": "first"}, "detection must be a whole number, found 'first'"),

@@ -30,7 +30,7 @@ def test_what_is_written_is_read_back(name: str) -> None:
     [
         (
             "vlp32",
-            "here: lidar: 'vlp32' is no LiDAR preset; did you mean 'vlp16'? known: hdl64e, hdl64e_s2, vlp16, os1_128",
+            "here: lidar: 'vlp32' is no LiDAR preset (did you mean 'vlp16'?); known: hdl64e, hdl64e_s2, vlp16, os1_128",
         ),
         ({"model": ["vlp16"]}, "here: lidar: ['vlp16'] is no LiDAR preset"),
         ({"rage_noise": 1}, "here: lidar: rage_noise is not a setting; did you mean 'range_noise'?"),

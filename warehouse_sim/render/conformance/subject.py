@@ -135,7 +135,7 @@ class Subject:
 
     def expect_cannot(self, call: Callable[[], object], product: str) -> None:
         """Expect that ``call`` is rejected since the backend draws no ``product``, with the name of one that does."""
-        self.expect_rejection(call, f"the {self.name} backend draws no {product}; use .*({_OTHERS})")
+        self.expect_rejection(call, f"the {self.name} backend renders no {product}; use .*({_OTHERS})")
 
 
 @dataclass(frozen=True, eq=False)
