@@ -49,7 +49,7 @@ def test_cars_and_pedestrians_are_trained_on_found_and_scored(
     train = ("train", "densefusion", "--data", data, "--out", run, "--size", "nano", "--max-steps", 12, "--batch", 8)
     for command in (
         train,
-        ("predict", run, "--data", data, "--split", "val", "--out", found),
+        ("predict", run, "--data", data, "--split", "val", "--selection", "argmax", "--out", found),
         ("evaluate", found, "--data", data, "--split", "val", "--out", scored),
         ("report", data, run, scored, "--out", page),
     ):
@@ -60,9 +60,8 @@ def test_cars_and_pedestrians_are_trained_on_found_and_scored(
     assert scores["dataset"] | {"model": "cloud of the instance", "diameter": "box diagonal"} == scores["dataset"]
     assert scores["counts"]["ground_truths"] == scores["counts"]["found"] == 6
     assert {item["label"]: item["gt_count"] for item in scores["groups"]["class"]} == {"Car": 4, "Pedestrian": 2}
-    # From the mean pose of each class, 1.0 m off on one processor and a little less on another: a slip of frames or
-    # units would put them metres away.
-    assert scores["overall"]["metrics"]["median_add"] < 1.2
+    # From the mean pose of each class: a slip of frames or units would put them metres away.
+    assert scores["overall"]["metrics"]["median_add"] < 1.0
     with pytest.raises(TrainingError, match="has no CAD surface of Car, Pedestrian, which ICP needs"):
         Estimator(run, PredictConfig(refine="icp"))
 
