@@ -8,7 +8,7 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.generation.contact_sheet import render_contact_sheet
 from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig, draft_manifest
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.render import option_settings, with_shortcuts
 
@@ -41,7 +41,7 @@ def test_options_reach_the_renderer_of_every_process_and_the_manifest(tmp_path: 
     with pytest.raises(RenderError, match="99"):
         render_contact_sheet(recipe, 0, 0, tmp_path / "sheet.png", backend_options={"device": 99})
     right = GenerateConfig(scenes=1, backend_options={"device": 0})
-    assert draft_manifest(recipe, right).backend_options == {"device": 0}
+    assert plan_dataset(recipe, right).manifest.backend_options == {"device": 0}
 
 
 @pytest.mark.parametrize("command", [["preview", "smoke", "--out"], ["generate", "smoke", "--scenes", "1", "--out"]])

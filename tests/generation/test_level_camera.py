@@ -13,7 +13,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig, draft_manifest
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render.raycaster import RayCaster
@@ -148,7 +148,7 @@ def test_the_right_camera_is_level_too(made) -> None:
 
 def planned(folder: Path, views: str, more: str = "") -> Manifest:
     text = f"extends: smoke\ndescription: tilted\nscene:\n  viewpoints: {views}\n{more}"
-    return draft_manifest(recipe(folder, text), GenerateConfig(formats=("kitti",)))
+    return plan_dataset(recipe(folder, text), GenerateConfig(formats=("kitti",))).manifest
 
 
 REJECTED = [
@@ -182,4 +182,4 @@ def test_a_level_recipe_has_no_virtual_camera(tmp_path: Path) -> None:
     assert (contents.levelled, contents.view_angle_deg) == ((), 0.0)
     both = replace(GenerateConfig(), formats=("bop",))
     tilted = recipe(tmp_path, "extends: smoke\ndescription: t\nscene: {viewpoints: {kind: ceiling}}\n")
-    assert draft_manifest(tilted, both).contents.levelled == ()
+    assert plan_dataset(tilted, both).manifest.contents.levelled == ()

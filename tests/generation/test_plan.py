@@ -3,7 +3,7 @@
 import pytest
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.generation.plan import GenerateConfig, draft_manifest
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import load_recipe
 
 
@@ -12,4 +12,4 @@ from warehouse_sim.generation.recipe import load_recipe
 )
 def test_formats_are_named_once_each_and_there_is_one(formats: tuple[str, ...], words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        draft_manifest(load_recipe("smoke"), GenerateConfig(formats=formats))
+        plan_dataset(load_recipe("smoke"), GenerateConfig(formats=formats))

@@ -51,7 +51,7 @@ class SplitConfig:
 
 def split_scenes(
     scene_count: int, config: SplitConfig, features: Float[np.ndarray, "n k"] | None = None
-) -> dict[Split, tuple[int, ...]]:
+) -> dict[str, tuple[int, ...]]:
     """Return the scene indices of every split, ascending.
 
     Every split with a fraction above zero gets at least one scene; with fewer scenes than such splits, train comes

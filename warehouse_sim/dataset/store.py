@@ -92,7 +92,11 @@ class DatasetStore:
         Raises:
             DatasetError: As ``begin``.
         """
-        self._claim(resume, shard)
+        make_folder(self.root)
+        with writing(self.root):
+            is_new = all(is_lock(path) for path in self.root.iterdir())
+        if not is_new and not discard_unstarted(self.root):
+            self._take_up(resume, shard)
         make_folder(self._layout.scenes)
         if shard is not None:
             write_shard(self.root, shard)
@@ -262,45 +266,37 @@ class DatasetStore:
                 f"{self.manifest.observations_per_scene}; check the recipe's viewpoints"
             )
 
-    def _claim(self, resume: bool, shard: Shard | None) -> None:
-        make_folder(self.root)
-        with writing(self.root):
-            if all(is_lock(path) for path in self.root.iterdir()):
-                return
-        if discard_unstarted(self.root):
-            return
+    def _take_up(self, resume: bool, shard: Shard | None) -> None:
+        """Go on with what the folder holds, which counts as incomplete until it is finished again.
+
+        Raises:
+            DatasetError: That is not requested, or it is something else.
+        """
         if not resume:
             raise DatasetError(
                 f"{self.root}: the folder is not empty; choose another one, go on with --resume "
                 "(resume=True in Python), or replace it with --overwrite (overwrite=True)"
             )
-        self._require_shard(shard)
-        if self._layout.manifest.is_file():
-            stored = load_manifest(self._layout.manifest)
-            contents = replace(stored.contents, readings={})
-            draft = replace(stored, renderers=(), split_table={}, contents=contents, checksums="")
-            if draft.missing and draft == self.manifest.without(draft.missing):
-                draft = self.manifest  # What is missing is tried again.
-            self._require_same(draft, self._layout.manifest)
-            # Opened again, it is not complete until it is finished again.
-            with writing(self._layout.unfinished):
-                self._layout.manifest.rename(self._layout.unfinished)
-        elif self._layout.unfinished.is_file():
-            self._require_same(load_manifest(self._layout.unfinished), self._layout.unfinished)
-        else:
-            raise DatasetError(f"{self.root}: holds no dataset to resume; choose an empty folder")
-        remove_temporaries(self.root)
-
-    def _require_shard(self, shard: Shard | None) -> None:
-        """Reject to go on with another part of the dataset than the folder was begun with."""
         stored = read_shard(self.root)
         if stored != shard:
             requested = "the whole dataset" if shard is None else f"shard {shard}"
             begun = "no shard" if stored is None else f"shard {stored}"
             raise DatasetError(f"{self.root}: holds {begun}, {requested} is requested; choose another folder")
+        path = next((path for path in (self._layout.manifest, self._layout.unfinished) if path.is_file()), None)
+        if path is None:
+            raise DatasetError(f"{self.root}: holds no dataset to resume; choose an empty folder")
+        self._require_same(path)
+        with writing(self._layout.unfinished):
+            path.rename(self._layout.unfinished)
+        remove_temporaries(self.root)
 
-    def _require_same(self, stored: Manifest, path: Path) -> None:
-        now = replace(self.manifest, renderers=())
+    def _require_same(self, path: Path) -> None:
+        """Reject a manifest that, before its dataset was finished, was another than this one."""
+        stored, now = load_manifest(path), self.manifest
+        contents = replace(stored.contents, readings={})
+        stored = replace(stored, renderers=(), split_table={}, contents=contents, checksums="")
+        if stored.missing and stored.scenes == now.scenes:
+            now = now.without(stored.missing)  # What is missing is tried again.
         names = (field.name for field in fields(Manifest))
         key = next((name for name in names if getattr(stored, name) != getattr(now, name)), None)
         if key is not None:

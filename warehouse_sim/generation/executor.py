@@ -56,11 +56,11 @@ def make_scenes(
     if not scene_indices:
         return
     failures = Failures(seed, skip)
-    if workers == 1:
+    if workers > 1:
+        with _Pool(open_work, failures, scene_indices, limit_s) as pool:
+            yield from pool.run(min(workers, len(scene_indices)))
+    else:
         yield from _make_here(open_work, scene_indices, limit_s, failures)
-        return
-    with _Pool(open_work, failures, scene_indices, limit_s) as pool:
-        yield from pool.run(min(workers, len(scene_indices)))
 
 
 def make_in_order(open_work: OpenWork, seed: int, scene_indices: Iterable[int], workers: int) -> Made:

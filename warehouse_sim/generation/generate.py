@@ -15,7 +15,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.plan import DatasetPlan, GenerateConfig, plan_dataset
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
@@ -60,31 +60,24 @@ def generate(
     """
     BACKENDS.get(config.backend)
     plan = plan_dataset(recipe, config)
-    with one_writer(out):
-        if config.overwrite:
-            discard_dataset(out)
-        return _write(recipe, plan, out, config, progress)
-
-
-def _write(
-    recipe: Recipe, plan: DatasetPlan, out: Path, config: GenerateConfig, progress: ProgressCallback
-) -> Manifest:
-    """Write what is missing of a dataset into its folder, which no other process writes."""
     manifest = plan.manifest
-    store = DatasetStore(out, manifest)
-    store.begin(plan.models, plan.camera, config.resume, config.shard)
-    wanted = range(manifest.scenes) if config.shard is None else config.shard.scenes(manifest.scenes)
-    pending = [index for index in store.pending() if index in wanted]
-    progress(len(wanted) - len(pending), len(wanted))
     limit_s = config.scene_limit_s or _OBSERVATION_LIMIT_S * manifest.observations_per_scene
+    wanted = range(manifest.scenes) if config.shard is None else config.shard.scenes(manifest.scenes)
     skipped: list[int] = []
     skip = (lambda index, why: skipped.append(index)) if config.skip_failed else None
     work = partial(_open_job, Job(recipe, manifest, out, config))
-    made = make_scenes(work, config.seed, pending, config.workers, limit_s, skip)
-    for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
-        progress(finished, len(wanted))
-    if config.shard is None:
-        return store.finish(skipped)
+    with one_writer(out):
+        if config.overwrite:
+            discard_dataset(out)
+        store = DatasetStore(out, manifest)
+        store.begin(plan.models, plan.camera, config.resume, config.shard)
+        pending = [index for index in store.pending() if index in wanted]
+        progress(len(wanted) - len(pending), len(wanted))
+        made = make_scenes(work, config.seed, pending, config.workers, limit_s, skip)
+        for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
+            progress(finished, len(wanted))
+        if config.shard is None:
+            return store.finish(skipped)
     return manifest.without(skipped) if len(skipped) < manifest.scenes else manifest
 
 
