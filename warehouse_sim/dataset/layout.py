@@ -4,6 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
+def observation_name(scene_index: int, observation: int) -> str:
+    """Return the name of the files of an observation in folders that hold those of several scenes."""
+    return f"{scene_index:06d}_{observation:06d}"
+
+
 @dataclass(frozen=True)
 class DatasetLayout:
     """Paths of what every dataset has, whatever its formats."""
@@ -74,4 +79,4 @@ class DatasetLayout:
 
     def reading(self, sensor: str, scene_index: int, observation: int) -> Path:
         """Return the file of what a sensor that no format holds read at one observation."""
-        return self.readings / sensor / f"{scene_index:06d}_{observation:06d}.npz"
+        return self.readings / sensor / f"{observation_name(scene_index, observation)}.npz"

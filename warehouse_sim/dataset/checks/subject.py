@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float32
 
+from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.formats import FormatReader
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
@@ -117,6 +118,13 @@ class Subject:
             for done, result in enumerate(pool.map(examine, items), start=1):
                 yield result
                 self.progress(done / len(items))
+
+    def put_together(self, items: Sequence[T], examine: Callable[[T], Findings]) -> Findings:
+        """Return what ``examine`` has found in all items, which are looked at as ``each`` does."""
+        findings = Findings()
+        for part in self.each(items, examine):
+            findings.add(part)
+        return findings
 
     def scenes(self) -> Iterator[tuple[Split, int]]:
         """Yield every scene with its split."""

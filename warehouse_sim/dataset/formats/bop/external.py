@@ -5,58 +5,28 @@ boxes the masks give them. Without a split "val" every tenth image of "train" is
 """
 
 import logging
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import WHOLE, take
-from warehouse_sim.dataset.formats.bop.external_image import Box, held_out
+from warehouse_sim.dataset.formats.bop.external_image import held_out
 from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
 from warehouse_sim.dataset.formats.bop.external_split import KeyedSplit, ScenewiseSplit, is_scene, keyed_folder
 from warehouse_sim.dataset.formats.bop.layout import NAME, BopLayout
-from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
+from warehouse_sim.dataset.formats.reader_base import Box, ReaderBase, box_mask, metres, require_size
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import SPLITS, require_split
+from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 
-
-class ImageSource(Protocol):
-    """The images of one split, whatever their files are."""
-
-    @property
-    def scene_ids(self) -> tuple[int, ...]:
-        """Numbers of its scenes, ascending."""
-
-    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
-        """Return all images; labels of objects that are not ``known`` are left out.
-
-        Raises:
-            DatasetError: A table is missing or malformed.
-        """
-
-    def files(self) -> list[Path]:
-        """Return all files, sorted."""
-
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image; a grey one has three equal channels."""
-
-    def rgb_file(self, image: ImageRecord) -> Path | None:
-        """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
-
-    def steps(self, image: ImageRecord) -> np.ndarray:
-        """Read the depth image in its own steps, 0 = no reading."""
-
-    def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
-        """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
-
-
+ImageSource = ScenewiseSplit | KeyedSplit
+"""The images of one split, whatever their files are."""
 log = logging.getLogger(__name__)
 _YEARS = (2024, 2019)
 
@@ -93,19 +63,16 @@ def external_folder(root: Path) -> Path | None:
     return None
 
 
-class ExternalReader:
+class ExternalReader(ReaderBase):
     """A BOP folder without a manifest.
 
     Args:
         root: The BOP folder.
     """
 
-    has_clean = False
-
     def __init__(self, root: Path) -> None:
-        self.root = root
         self._sources = _sources(root)
-        self._images: dict[str, list[ImageRecord]] = {}
+        super().__init__(root, self._sources)
 
     @cached_property
     def objects(self) -> dict[int, ObjectInfo]:
@@ -117,19 +84,12 @@ class ExternalReader:
         """Numbers of the scenes of each split; "train" and "test" also stand for folders such as train_pbr."""
         return {name: source.scene_ids for name, source in self._sources.items()}
 
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split, by scene and image id; of "test" those that a list of targets names.
-
-        Raises:
-            DatasetError: No such split, or a table is missing or malformed.
-        """
-        require_split(self.root, split, self._sources)
-        if split not in self._images:
-            images = self._sources[split].images(split, set(self.objects))
-            if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):
-                images = held_out(images, split)
-            self._images[split] = only_requested(self.root, images) if split == "test" else images
-        return self._images[split]
+    def _read(self, split: str) -> list[ImageRecord]:
+        images = self._sources[split].images(split, set(self.objects))
+        if split in ("train", "val") and self._sources["val"] is self._sources.get("train"):
+            images = held_out(images, split)
+        # Of "test" those that a list of targets names.
+        return only_requested(self.root, images) if split == "test" else images
 
     def files(self, split: str) -> list[Path]:
         """Return every file of the scenes of a split, sorted."""
@@ -145,16 +105,7 @@ class ExternalReader:
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        steps = require_size(self._sources[image.split].steps(image), image, "depth")
-        return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
-
-    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
-
-    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
+        return metres(self._sources[image.split].steps(image), image)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels; the box of the visible part where there is no mask."""
@@ -172,10 +123,7 @@ class ExternalReader:
             return require_size(found, image, kind)
         # Labels of unknown objects are left out: an index is not a position.
         target = next(item for item in image.targets if item.gt_index == gt_index)
-        mask = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-        left, top, right, bottom = np.rint(np.clip(box_of(target), -2, 65_536)).astype(int)
-        mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
-        return mask
+        return box_mask(box_of(target), image.camera)
 
 
 def _holds_images(path: Path) -> bool:

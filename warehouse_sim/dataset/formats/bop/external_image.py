@@ -12,6 +12,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.files.plain import FRACTIONS, PLACES, WHOLE, Span, take, take_if_given, take_numbers
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
+from warehouse_sim.dataset.formats.reader_base import Box
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
@@ -33,7 +34,6 @@ def held_out(images: list[ImageRecord], split: str) -> list[ImageRecord]:
 
 log = logging.getLogger(__name__)
 
-Box = tuple[float, float, float, float]
 MaskReader = Callable[[str, int], Bool[np.ndarray, "h w"] | None]
 """Takes "mask" or "mask_visib" and the index of a label; None where there is no such mask."""
 _LARGEST_SKEW = 1e-2

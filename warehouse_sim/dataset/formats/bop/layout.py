@@ -47,25 +47,13 @@ class BopSceneLayout:
         """Return one of the scene's JSON tables: camera, gt, gt_info or gt_coco."""
         return self.root / f"scene_{name}.json"
 
-    def rgb(self, image_id: int) -> Path:
-        """Return the file of a colour image."""
-        return self.root / "rgb" / f"{image_id:06d}.png"
+    def image(self, kind: str, image_id: int) -> Path:
+        """Return the file of an image: rgb, depth, or rgb_clean and depth_clean without errors of a sensor."""
+        return self.root / kind / f"{image_id:06d}.png"
 
-    def depth(self, image_id: int) -> Path:
-        """Return the file of a depth image."""
-        return self.root / "depth" / f"{image_id:06d}.png"
-
-    def rgb_clean(self, image_id: int) -> Path:
-        """Return the file of a colour image as it was drawn."""
-        return self.root / "rgb_clean" / f"{image_id:06d}.png"
-
-    def depth_clean(self, image_id: int) -> Path:
-        """Return the file of a depth image without errors of a sensor."""
-        return self.root / "depth_clean" / f"{image_id:06d}.png"
-
-    def mask(self, image_id: int, gt_index: int, visible: bool) -> Path:
-        """Return the mask of a target: its visible part or the part of its whole amodal mask that lies in the image."""
-        return self.root / ("mask_visib" if visible else "mask") / f"{image_id:06d}_{gt_index:06d}.png"
+    def mask(self, kind: str, image_id: int, gt_index: int) -> Path:
+        """Return a mask of a target: "mask_visib", or "mask", its whole amodal mask as far as it is in the image."""
+        return self.root / kind / f"{image_id:06d}_{gt_index:06d}.png"
 
 
 def bop_layout(root: Path) -> BopLayout:

@@ -3,10 +3,8 @@
 https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
 """
 
-import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +22,13 @@ from warehouse_sim.dataset.formats.bop.labels import (
 from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.models import write_models
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import ObjectModel, SceneSpec
 
 _INFO = """# Dataset in the BOP format
@@ -118,11 +117,11 @@ class TargetLists:
         write_json(layout.targets(2024), self._rows24)
 
 
-class BopWriter:
+class BopWriter(WriterBase):
     """Write scenes as ``bop/{train,val,test}/%06d``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._root, self._manifest = root, manifest
+        super().__init__(root, manifest)
         self._layout = bop_layout(root)
         self._clean = manifest.contents.clean
 
@@ -133,9 +132,7 @@ class BopWriter:
     def scene(self, scene: SceneSpec) -> "BopSceneWriter":
         """Open a scene again."""
         layout = self._layout.scene(self._manifest.split_of(scene.scene_index), scene.scene_index)
-        if layout.root.exists():
-            with writing(layout.root):
-                shutil.rmtree(layout.root)
+        remove_folder(layout.root)
         return BopSceneWriter(layout, self._objects, self._clean)
 
     def finish(self) -> None:
@@ -148,12 +145,8 @@ class BopWriter:
                 targets.add(scene_id, image_id, row, infos[image_id])
         targets.write(self._layout.root)
 
-    @cached_property
-    def _objects(self) -> dict[int, ObjectInfo]:
-        return read_objects(self._root)
 
-
-class BopSceneWriter:
+class BopSceneWriter(SceneWriterBase):
     """Write one scene: its images as they come, then its tables."""
 
     def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], clean: bool) -> None:
@@ -175,15 +168,15 @@ class BopSceneWriter:
         observation = files.observation
         image_id = observation.observation_index
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
-        files.rgb.save(self._layout.rgb(image_id))
-        files.depth_mm.save(self._layout.depth(image_id))
+        files.rgb.save(self._layout.image("rgb", image_id))
+        files.depth_mm.save(self._layout.image("depth", image_id))
         if self._clean:
-            files.rgb_clean.save(self._layout.rgb_clean(image_id))
-            files.depth_clean_mm.save(self._layout.depth_clean(image_id))
+            files.rgb_clean.save(self._layout.image("rgb_clean", image_id))
+            files.depth_clean_mm.save(self._layout.image("depth_clean", image_id))
         for gt_index, target in enumerate(files.targets):
             require_known(target.annotation.obj_id, self._objects, where)
-            target.mask_png.save(self._layout.mask(image_id, gt_index, visible=False))
-            target.mask_visible_png.save(self._layout.mask(image_id, gt_index, visible=True))
+            target.mask_png.save(self._layout.mask("mask", image_id, gt_index))
+            target.mask_visible_png.save(self._layout.mask("mask_visib", image_id, gt_index))
             self._annotations.append(coco_annotation(len(self._annotations) + 1, image_id, target))
         self._cameras[image_id] = camera_row(observation)
         self._poses[image_id] = [pose_row(target.annotation) for target in files.targets]

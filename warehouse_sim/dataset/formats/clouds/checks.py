@@ -55,9 +55,8 @@ def files(subject: Subject, name: str) -> Findings:
 
 def clouds(subject: Subject, name: str) -> Findings:
     """Clouds have the fields, numbers of points, poses, ids and classes of their observation, and are in metres."""
-    findings, layout = Findings(), cloud_layout(subject.root, name)
-    for part in subject.each(list(subject.observations()), partial(_observation, subject, layout)):
-        findings.add(part)
+    layout = cloud_layout(subject.root, name)
+    findings = subject.put_together(list(subject.observations()), partial(_observation, subject, layout))
     findings.examined = f"{findings.count} clouds: points, poses, ids, metres"
     return findings
 

@@ -7,19 +7,15 @@ from jaxtyping import Bool
 from pycocotools import mask as coco_mask
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
+from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_record, decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_mask, decode_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import take, take_numbers
-from warehouse_sim.dataset.files.run_lengths import mask_of_runs
-from warehouse_sim.dataset.formats.coco.layout import TABLES, coco_layout, image_name
+from warehouse_sim.dataset.formats.coco.layout import TABLES, coco_layout
+from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
-from warehouse_sim.geometry.pose import invert
-
-_SAME_POSE = 1e-6
-# Visible fraction below which a target is a region to ignore.
-_VISIBLE_ENOUGH = 0.1
 
 
 def files(subject: Subject) -> Findings:
@@ -29,7 +25,7 @@ def files(subject: Subject) -> Findings:
     compare_names(findings, layout.annotations, {f"{n}_{s}.json" for n in TABLES for s in SPLITS} | folders)
     for split in SPLITS:
         found = [(scene, index) for name, scene, index in subject.observations() if name == split]
-        names = {f"{image_name(scene, index)}.png" for scene, index in found}
+        names = {f"{observation_name(scene, index)}.png" for scene, index in found}
         compare_names(findings, layout.images(split), names)
         compare_names(findings, layout.segments(split), names)
         findings.count += 2 * len(names)
@@ -43,7 +39,7 @@ def instances(subject: Subject) -> Findings:
     for split in SPLITS:
         tables = [_by_image(subject, name, split) for name in ("instances", "instances_amodal")]
         for image in subject.readable.images(split):
-            key = f"{image_name(image.scene_id, image.image_id)}.png"
+            key = f"{observation_name(image.scene_id, image.image_id)}.png"
             rows, whole = (table.get(key, []) for table in tables)
             _image_agrees(findings, subject, image, rows, whole)
             numbers |= {row.get("id") for row in rows}
@@ -62,7 +58,7 @@ def panoptic(subject: Subject) -> Findings:
     for split in SPLITS:
         rows = _by_image(subject, "panoptic", split)
         for image in subject.readable.images(split):
-            name = f"{image_name(image.scene_id, image.image_id)}.png"
+            name = f"{observation_name(image.scene_id, image.image_id)}.png"
             path = coco_layout(subject.root).segments(split) / name
             red, green, blue = np.moveaxis(decode_rgb(path).astype(int), -1, 0)
             numbers = red + 256 * green + 65536 * blue
@@ -87,7 +83,7 @@ def same_masks_as_bop(subject: Subject) -> Findings:
     for split in SPLITS:
         tables = {name: _by_image(subject, name, split) for name in ("instances", "instances_amodal")}
         for image in subject.readable.images(split):
-            key = f"{image_name(image.scene_id, image.image_id)}.png"
+            key = f"{observation_name(image.scene_id, image.image_id)}.png"
             folder = subject.layout.format_folder("bop") / split / f"{image.scene_id:06d}"
             for name, kind in (("instances", "mask_visib"), ("instances_amodal", "mask")):
                 for index, row in enumerate(tables[name].get(key, [])):
@@ -119,29 +115,20 @@ def _image_agrees(
     rows: list[dict[str, Any]],
     whole: list[dict[str, Any]],
 ) -> None:
-    where = f"{coco_layout(subject.root).annotations}: {image_name(image.scene_id, image.image_id)}"
-    T_camera_world = invert(subject.T_world_camera(image.scene_id, image.image_id))
-    placed = np.abs(image.T_world_camera @ T_camera_world - np.eye(4)).max() < _SAME_POSE
-    findings.require(bool(placed), f"{where}: the camera is not where the scene record has it")
+    where = f"{coco_layout(subject.root).annotations}: {observation_name(image.scene_id, image.image_id)}"
+    agree_with_record(findings, subject, image, where)
     if not findings.require(
         len(rows) == len(whole) == len(image.targets), f"{where}: instances and amodal ones are not the same targets"
     ):
         return
     taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
     for target, row, amodal in zip(image.targets, rows, whole, strict=True):
-        here, item = f"{where}: target {target.gt_index}", subject.record(image.scene_id).object(target.instance_id)
+        here = f"{where}[{target.gt_index}]"
         visible, amodal_mask = (_measured(findings, entry, image, here) for entry in (row, amodal))
-        findings.require(not (visible & taken).any(), f"{here}: overlaps another one")
-        findings.require(not (visible & ~amodal_mask).any(), f"{here}: is seen outside its amodal mask")
+        lie_apart(findings, visible, amodal_mask, taken, here)
         findings.require(row.get("id") == amodal.get("id"), f"{here}: has two numbers")
-        ignored = target.visible_fraction < _VISIBLE_ENOUGH
+        ignored = target.visible_fraction < VISIBLE_ENOUGH
         findings.require(row.get("iscrowd") == int(ignored), f"{here}: iscrowd must be {int(ignored)}")
-        taken |= visible
-        if findings.require(item is not None, f"{here}: instance {target.instance_id} is not in the scene record"):
-            assert item is not None
-            moved = np.abs(target.T_camera_object - T_camera_world @ item.T_world_object).max()
-            findings.require(bool(moved < _SAME_POSE), f"{here}: the pose differs from the scene record by {moved:.2e}")
-            findings.require(target.obj_id == item.obj_id, f"{here}: obj_id is not {item.obj_id}")
 
 
 def _measured(findings: Findings, row: dict[str, Any], image: ImageRecord, where: str) -> Bool[np.ndarray, "h w"]:
@@ -154,11 +141,7 @@ def _measured(findings: Findings, row: dict[str, Any], image: ImageRecord, where
 
 
 def _decoded(row: dict[str, Any], image: ImageRecord, where: str) -> Bool[np.ndarray, "h w"]:
-    runs, shape = take(row, "segmentation", dict, where), (image.camera.height, image.camera.width)
-    # pycocotools takes anything without a word: what it is given fills the image exactly.
-    mask_of_runs(runs, shape, where)
-    decoded: Bool[np.ndarray, "h w"] = coco_mask.decode(runs).astype(bool)
-    return decoded
+    return decode_runs(take(row, "segmentation", dict, where), image, where)
 
 
 CHECKS = (

@@ -49,11 +49,6 @@ def coco_layout(root: Path) -> CocoLayout:
     return CocoLayout(DatasetLayout(root).format_folder(NAME))
 
 
-def image_name(scene_index: int, observation: int) -> str:
-    """Return the name of the files of an observation, without an ending."""
-    return f"{scene_index:06d}_{observation:06d}"
-
-
 def image_number(manifest: Manifest, scene_index: int, observation: int) -> int:
     """Return the number of an image, the same as that of its KITTI frame."""
     return scene_index * manifest.observations_per_scene + observation

@@ -24,18 +24,17 @@ from warehouse_sim.dataset.files.plain import (
     take_numbers,
 )
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
-from warehouse_sim.dataset.formats.bop.reader import require_size
-from warehouse_sim.dataset.formats.images_only import (
+from warehouse_sim.dataset.formats.reader_base import (
     Box,
     ImagesOnly,
     box_mask,
     guessed_camera,
     inside,
+    require_size,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 
@@ -201,9 +200,9 @@ class CocoReader(ImagesOnly):
     """
 
     def __init__(self, root: Path, objects: Mapping[int, ObjectInfo] | None = None) -> None:
-        super().__init__(root)
-        self._given = objects
         self._paths = find_tables(root)
+        super().__init__(root, self._paths)
+        self._given = objects
         self._tables: dict[str, CocoTable] = {}
         self._whole: dict[str, dict[int, Any]] = {}
 
@@ -220,13 +219,7 @@ class CocoReader(ImagesOnly):
         """Scene numbers of each split; a third-party split is one scene."""
         return {split: tuple(sorted({image.scene_id for image in self._table(split).images})) for split in self._paths}
 
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split, by scene and image id.
-
-        Raises:
-            DatasetError: No such split, or its table is missing or malformed.
-        """
-        require_split(self.root, split, self._paths)
+    def _read(self, split: str) -> list[ImageRecord]:
         return self._table(split).images
 
     def files(self, split: str) -> list[Path]:
@@ -252,7 +245,7 @@ class CocoReader(ImagesOnly):
         where = f"{self._paths[image.split]}: image {image.image_id}, target {gt_index}"
         shape = image.camera.height, image.camera.width
         if not segmentation:
-            return box_mask(image.targets[gt_index].box_visible_xyxy, image.camera)
+            return box_mask(image.targets[gt_index].box_visible_xyxy, image.camera, halves_up=True)
         return (
             mask_of_runs(segmentation, shape, where)
             if isinstance(segmentation, dict)

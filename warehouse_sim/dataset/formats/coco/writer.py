@@ -1,7 +1,6 @@
 """Write COCO: images and segment ids as they come, a part of each table a scene, the parts put together at the end."""
 
 import json
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,15 +15,16 @@ from warehouse_sim.dataset.formats.coco.layout import (
     CocoLayout,
     Table,
     coco_layout,
-    image_name,
     image_number,
 )
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.writer_base import WriterBase, remove_file, remove_folder
+from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.output import make_folder, write_bytes, write_pieces, writing
+from warehouse_sim.output import make_folder, write_bytes, write_pieces
 from warehouse_sim.schema import ObjectModel, SceneSpec
 from warehouse_sim.schema.classes import is_stuff, kind_of, numbered
 
@@ -125,11 +125,12 @@ def _line(data: Any) -> bytes:
     return json.dumps(data, allow_nan=False).encode("ascii")
 
 
-class CocoWriter:
+class CocoWriter(WriterBase):
     """Write ``coco/{train,val,test}`` and ``coco/annotations``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._manifest, self._layout = manifest, coco_layout(root)
+        super().__init__(root, manifest)
+        self._layout = coco_layout(root)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Make the folders, which are there even for splits without scenes."""
@@ -140,13 +141,10 @@ class CocoWriter:
     def scene(self, scene: SceneSpec) -> "CocoSceneWriter":
         """Open a scene again."""
         split, index = self._manifest.split_of(scene.scene_index), scene.scene_index
-        part = self._layout.part(index, IMAGES).parent
-        with writing(part):
-            if part.exists():
-                shutil.rmtree(part)
-            for folder in (self._layout.images(split), self._layout.segments(split)):
-                for observation in range(self._manifest.observations_per_scene):
-                    (folder / f"{image_name(index, observation)}.png").unlink(missing_ok=True)
+        remove_folder(self._layout.part(index, IMAGES).parent)
+        for folder in (self._layout.images(split), self._layout.segments(split)):
+            for observation in range(self._manifest.observations_per_scene):
+                remove_file(folder / f"{observation_name(index, observation)}.png")
         class_of = {item.instance_id: scene.model_of(item).class_name for item in scene.instances}
         return CocoSceneWriter(self._layout, self._manifest, scene.scene_index, class_of)
 
@@ -172,7 +170,10 @@ class CocoSceneWriter:
         """
         observation = files.observation
         index = observation.observation_index
-        name, number = image_name(self._scene_index, index), image_number(self._manifest, self._scene_index, index)
+        name, number = (
+            observation_name(self._scene_index, index),
+            image_number(self._manifest, self._scene_index, index),
+        )
         files.rgb.save(self._layout.images(self._split) / f"{name}.png")
         self._parts[IMAGES].append(image_row(observation, number, name))
         self._parts["instances"] += [instance_row(number, target) for target in files.targets]

@@ -6,6 +6,7 @@ from typing import NoReturn
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.formats.folder.files import looks_like
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.errors import DatasetError
@@ -35,8 +36,6 @@ class FolderFormat:
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder holds colour and depth images and intrinsics."""
-        from warehouse_sim.dataset.formats.folder.files import looks_like
-
         return looks_like(root)
 
 

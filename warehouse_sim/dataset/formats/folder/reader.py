@@ -11,9 +11,8 @@ from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_ma
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, shown, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.png import is_rgb_png
-from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
-from warehouse_sim.dataset.formats.images_only import shapeless
+from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size, shapeless
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
@@ -119,33 +118,21 @@ _NUMBER, CLASS_NAME = 1, "object"
 """Of the one class."""
 
 
-class FolderReader:
+class FolderReader(ReaderBase):
     """A folder of images.
 
     Args:
         root: The folder.
     """
 
-    has_clean = False
-    splits = {"test": (0,)}  # noqa: RUF012  every folder has this one
-
     def __init__(self, root: Path) -> None:
-        self.root = root
+        super().__init__(root, ("test",))
+        self.splits: dict[str, tuple[int, ...]] = {"test": (0,)}
 
     @property
     def objects(self) -> dict[int, ObjectInfo]:
         """One class without a shape: nobody says what is seen."""
         return {_NUMBER: shapeless(_NUMBER, CLASS_NAME, self.root)}
-
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images; each has a target without a pose for every mask.
-
-        Raises:
-            DatasetError: No such split, or the intrinsics cannot be read.
-        """
-        if split not in self.splits:
-            raise DatasetError(f"{self.root}: there is no split {split!r}; a bare folder has only test")
-        return self._images
 
     def files(self, split: str) -> list[Path]:
         """Return all files of the images, sorted."""
@@ -164,16 +151,7 @@ class FolderReader:
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        steps = require_size(decode_any_depth(self._frames[image.image_id].depth), image, "depth")
-        return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
-
-    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
-
-    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
+        return metres(decode_any_depth(self._frames[image.image_id].depth), image)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target."""
@@ -187,8 +165,8 @@ class FolderReader:
     def _frames(self) -> list[Frame]:
         return frames_of(self.root)
 
-    @cached_property
-    def _images(self) -> list[ImageRecord]:
+    def _read(self, split: str) -> list[ImageRecord]:
+        """Return the images; each has a target without a pose for every mask."""
         path = intrinsics_file(self.root)
         if path is None:
             raise DatasetError(f"{self.root}: says nothing of the camera; add intrinsics.json with fx, fy, cx, cy")

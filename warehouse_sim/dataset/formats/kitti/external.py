@@ -22,7 +22,6 @@ from warehouse_sim.dataset.formats.kitti.external_frame import (
 )
 from warehouse_sim.dataset.formats.kitti.external_objects import (
     box_info,
-    box_pixels,
     class_infos,
     class_numbers,
     target_record,
@@ -30,9 +29,9 @@ from warehouse_sim.dataset.formats.kitti.external_objects import (
 from warehouse_sim.dataset.formats.kitti.layout import NAME, STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_text
+from warehouse_sim.dataset.formats.reader_base import ReaderBase, box_mask
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import LidarScan, MountedReading
@@ -113,7 +112,7 @@ _KEPT_FRAMES = 16
 """Sweeps and depth images that are kept: labels of one frame require them one after the other."""
 
 
-class ExternalKittiReader:
+class ExternalKittiReader(ReaderBase):
     """A KITTI folder without a manifest.
 
     Args:
@@ -123,17 +122,15 @@ class ExternalKittiReader:
         DatasetError: A list of frames is malformed.
     """
 
-    has_clean = False
     lacks = ("masks",)
     """Boxes stand for them."""
 
     def __init__(self, root: Path) -> None:
-        self.root = root
+        self._frames = frames_by_split(root)
+        super().__init__(root, self._frames)
         self.dropped_points: dict[str, int] = {}
         """Points that were left out because they are not finite, by sweep file; of the sweeps read so far."""
         self._warned = False
-        self._frames = frames_by_split(root)
-        self._images: dict[str, list[ImageRecord]] = {}
         self._calibration = lru_cache(_KEPT_FRAMES)(KittiFrame.calibration)
         self._sweep = lru_cache(_KEPT_FRAMES)(self._read_sweep)
         self._depth = lru_cache(_KEPT_FRAMES)(self._read_depth)
@@ -164,16 +161,9 @@ class ExternalKittiReader:
             "diameter: box diagonal",
         )
 
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split by number; frames without labels have no targets.
-
-        Raises:
-            DatasetError: No such split, or a file is missing or malformed.
-        """
-        require_split(self.root, split, self._frames)
-        if split not in self._images:
-            self._images[split] = [self._record(split, frame) for frame in self._frames[split]]
-        return self._images[split]
+    def _read(self, split: str) -> list[ImageRecord]:
+        """Return the images by number; frames without labels have no targets."""
+        return [self._record(split, frame) for frame in self._frames[split]]
 
     def files(self, split: str) -> list[Path]:
         """Return every file of the frames of a split, sorted."""
@@ -188,14 +178,6 @@ class ExternalKittiReader:
         """Return the depth image: that of ``depth_2``, else of the sweep; metres along the optical axis, 0 = none."""
         return self._depth(self._frame(image), image).copy()
 
-    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
-
-    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: only this package stores it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
-
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Return the pixels of a target's 2D box, but for those whose depth lies outside its 3D box."""
         target, depth = image.targets[gt_index], self._depth(self._frame(image), image)
@@ -209,7 +191,7 @@ class ExternalKittiReader:
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Return the pixels of a target's 2D box."""
-        return box_pixels(image.targets[gt_index].box_amodal_xyxy, image.camera)
+        return box_mask(image.targets[gt_index].box_amodal_xyxy, image.camera)
 
     def sweep(self, image: ImageRecord) -> MountedReading[LidarScan] | None:
         """Read the LiDAR's points of an image; None where there are none.

@@ -9,12 +9,11 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import TargetRecord
-from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
@@ -54,14 +53,6 @@ def target_record(
         pixels_all=max(round(in_image / max(inside, 1e-3)), in_image, 1),
         geometry=info,
     )
-
-
-def box_pixels(box_xyxy: tuple[float, float, float, float], camera: PinholeCamera) -> Bool[np.ndarray, "h w"]:
-    """Return the pixels whose centres lie in a box, as far as it lies in the image."""
-    mask = np.zeros((camera.height, camera.width), dtype=bool)
-    left, top, right, bottom = np.rint(np.clip(box_xyxy, -1, _LARGEST_BOX)).astype(int)
-    mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
-    return mask
 
 
 _KITTI = ("Car", "Van", "Truck", "Pedestrian", "Person_sitting", "Cyclist", "Tram", "Misc")

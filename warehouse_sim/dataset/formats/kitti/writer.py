@@ -19,6 +19,7 @@ from warehouse_sim.dataset.formats.kitti.layout import (
     require_level,
 )
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.dataset.stored.observation_record import lidar_leans
@@ -28,7 +29,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye, Lens
 from warehouse_sim.geometry.level_view import upright
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y
-from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import LIDAR, LidarScan, MountedReading, ObjectModel, Observation, SceneSpec
 
 _KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
@@ -158,11 +159,12 @@ _LIDARS_README = """\
 """
 
 
-class KittiWriter:
+class KittiWriter(WriterBase):
     """Write frames as ``kitti/{training,testing}/KIND/%06d.*``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._layout, self._manifest = kitti_layout(root), manifest
+        super().__init__(root, manifest)
+        self._layout = kitti_layout(root)
         self._kinds = kitti_kinds(manifest.contents)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
@@ -192,8 +194,7 @@ class KittiWriter:
         split = self._manifest.split_of(scene.scene_index)
         frames = frames_of(self._manifest, scene.scene_index)
         for path in (self._layout.file(split, kind, frame) for frame in frames for kind in self._kinds):
-            with writing(path):
-                path.unlink(missing_ok=True)
+            remove_file(path)
         return KittiSceneWriter(self._layout, split, frames, self._manifest.contents.clean)
 
     def finish(self) -> None:
@@ -221,7 +222,7 @@ def _lens_text(lens: Lens | None) -> str:
     return _FISHEYE_README if isinstance(lens, Fisheye) else _LENS_README
 
 
-class KittiSceneWriter:
+class KittiSceneWriter(SceneWriterBase):
     """Write the frames of one scene."""
 
     def __init__(self, layout: KittiLayout, split: Split, frames: range, clean: bool) -> None:
@@ -261,9 +262,6 @@ class KittiSceneWriter:
             files.rgb_clean.save(self._layout.file(self._split, "image_clean_2", frame))
         for kind, content in contents.items():
             write_bytes(self._layout.file(self._split, kind, frame), content)
-
-    def finish(self) -> None:
-        """Do nothing: no file of this format covers a scene."""
 
 
 def _lines(rows: Iterable[str]) -> bytes:

@@ -1,50 +1,32 @@
 """DenseFusion's LINEMOD layout, "LINEMOD_preprocessed": https://github.com/j96w/DenseFusion (datasets/linemod)."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
-from warehouse_sim.dataset.formats.linemod.layout import NAME
+from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.formats.built_in import BuiltIn
+from warehouse_sim.dataset.formats.linemod.layout import NAME, NO_LENS, linemod_layout
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.errors import DatasetError
 
 
-class LinemodFormat:
+class LinemodFormat(BuiltIn):
     """A folder of each object with frames in which it is labelled; tables in YAML."""
-
-    name = NAME
-
-    @property
-    def checks(self) -> Sequence[NamedCheck]:
-        """Checks of its files."""
-        from warehouse_sim.dataset.formats.linemod.checks import CHECKS
-
-        return CHECKS
 
     def reject(self, manifest: Manifest) -> None:
         """Reject depth beyond 16 bits and cameras with a lens."""
         require_depth_fits(manifest.contents, MILLIMETRES, NAME)
         if manifest.contents.distortion is not None:
-            raise DatasetError(
-                "LINEMOD: has no place for a lens, sensors.camera has one; remove it, or leave linemod out of --formats"
-            )
-
-    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
-        """Return a writer into ``root/linemod``."""
-        from warehouse_sim.dataset.formats.linemod.writer import LinemodWriter
-
-        return LinemodWriter(root, manifest)
+            raise DatasetError(NO_LENS)
 
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/linemod``, or of a third-party folder."""
-        from warehouse_sim.dataset.formats.linemod.layout import linemod_layout
-        from warehouse_sim.dataset.formats.linemod.reader import LinemodReader, dataset_of, third_party_folder
+        from warehouse_sim.dataset.formats.linemod.reader import LinemodReader, third_party_folder
 
-        dataset = dataset_of(root)
-        folder = linemod_layout(root).root if dataset is not None else third_party_folder(root) or root
-        return LinemodReader(folder, dataset)
+        if DatasetLayout(root).manifest.is_file():
+            return LinemodReader(linemod_layout(root).root, root)
+        return LinemodReader(third_party_folder(root) or root, None)
 
     def recognises(self, root: Path) -> bool:
         """Return whether the folder, or one in it, has ``data/01/gt.yml`` or the like."""
@@ -53,4 +35,8 @@ class LinemodFormat:
         return third_party_folder(root) is not None
 
 
-FORMAT = LinemodFormat()
+FORMAT = LinemodFormat(
+    NAME,
+    checks_at="warehouse_sim.dataset.formats.linemod.checks:CHECKS",
+    writer_at="warehouse_sim.dataset.formats.linemod.writer:LinemodWriter",
+)

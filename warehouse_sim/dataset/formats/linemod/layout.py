@@ -50,6 +50,8 @@ def read_yaml_table(path: Path) -> dict[int, Any]:
 NAME = "linemod"
 """Of the format and of its folder in a dataset."""
 KINDS = ("rgb", "depth", "mask")
+NO_LENS = "LINEMOD: has no place for a lens, sensors.camera has one; remove it, or leave linemod out of --formats"
+"""What is said of a camera with a lens."""
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,12 @@ from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, shown, take, tak
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
-from warehouse_sim.dataset.formats.bop.reader import require_size
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
 from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, read_yaml_table
-from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.formats.reader_base import ReaderBase, box_mask, metres, require_size
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.split import SPLITS, require_split
+from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.mesh_file import load_mesh
@@ -34,7 +33,7 @@ _FOLDER = re.compile(r"\d{1,6}")
 _FRAME = re.compile(r"\d{1,9}")
 
 
-class LinemodReader:
+class LinemodReader(ReaderBase):
     """A folder with ``data/%02d`` and ``models``.
 
     Args:
@@ -42,13 +41,12 @@ class LinemodReader:
         dataset: The dataset that it belongs to; None where it is third-party.
     """
 
-    has_clean = False
     lacks = ("amodal masks",)
     """Masks are those of what is seen."""
 
     def __init__(self, root: Path, dataset: Path | None) -> None:
-        self.root, self._dataset, self._layout = root, dataset, LinemodLayout(root)
-        self._images: dict[str, list[ImageRecord]] = {}
+        super().__init__(root, SPLITS)
+        self._dataset, self._layout = dataset, LinemodLayout(root)
         self._folders = {int(path.name): path for path in object_folders(root)}
 
     @cached_property
@@ -69,19 +67,12 @@ class LinemodReader:
         }
         return by_name if by_name["val"] else by_name | {"val": by_name["train"]}
 
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split, by object and frame; without a list of them every tenth of train is val's.
-
-        Raises:
-            DatasetError: No such split, or a table is missing or malformed.
-        """
-        require_split(self.root, split, self.splits)
-        if split not in self._images:
-            has_val = any((folder / "val.txt").is_file() for folder in self._folders.values())
-            listed = split if has_val or split == "test" else "train"
-            images = [image for n in self.splits[split] for image in self._frames(split, listed, n)]
-            self._images[split] = images if listed == split == "test" or has_val else held_out(images, split)
-        return self._images[split]
+    def _read(self, split: str) -> list[ImageRecord]:
+        """Return the images by object and frame; without a list of them every tenth of train is val's."""
+        has_val = any((folder / "val.txt").is_file() for folder in self._folders.values())
+        listed = split if has_val or split == "test" else "train"
+        images = [image for n in self.splits[split] for image in self._frames(split, listed, n)]
+        return images if listed == split == "test" or has_val else held_out(images, split)
 
     def files(self, split: str) -> list[Path]:
         """Return every file of the objects of a split, sorted."""
@@ -98,26 +89,14 @@ class LinemodReader:
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
-        steps = require_size(decode_any_depth(self._path(image, "depth")), image, "depth")
-        return steps.astype(np.float32) * np.float32(image.depth_scale / 1000.0)
-
-    def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Reject: the layout has no place for it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
-
-    def clean_depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Reject: the layout has no place for it."""
-        raise DatasetError(f"{self.root}: holds no clean images")
+        return metres(decode_any_depth(self._path(image, "depth")), image)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of the target's visible pixels; its box where there is none."""
         path = self._path(image, "mask")
         if path.is_file():
             return require_size(decode_any_mask(path), image, "mask")
-        mask = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-        left, top, right, bottom = np.rint(np.clip(image.targets[0].box_visible_xyxy, -2, 65_536)).astype(int)
-        mask[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)] = True
-        return mask
+        return box_mask(image.targets[0].box_visible_xyxy, image.camera)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of the target's visible pixels, the only one that there is."""
@@ -185,11 +164,6 @@ def third_party_folder(root: Path) -> Path | None:
         if object_folders(folder):
             return folder
     return None
-
-
-def dataset_of(root: Path) -> Path | None:
-    """Return ``root`` if it is a dataset of this package."""
-    return root if DatasetLayout(root).manifest.is_file() else None
 
 
 def _target(row: Any, where: str) -> TargetRecord:

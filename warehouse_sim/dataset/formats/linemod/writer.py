@@ -7,10 +7,8 @@ before depends on all of them.
 
 import io
 import os
-import shutil
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +20,11 @@ from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.labels import pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.models import even_mesh, model_info
 from warehouse_sim.dataset.formats.bop.writer import require_known
-from warehouse_sim.dataset.formats.linemod.layout import KINDS, LinemodLayout, linemod_layout, yaml_row
+from warehouse_sim.dataset.formats.linemod.layout import KINDS, NO_LENS, LinemodLayout, linemod_layout, yaml_row
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles, SharedFile
+from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -67,11 +66,11 @@ def _write_text_ply(path: Path, mesh: TriangleMesh) -> None:
     write_bytes(path, text.getvalue().encode("ascii"), durable=True)
 
 
-class LinemodWriter:
+class LinemodWriter(WriterBase):
     """Write ``linemod/data/%02d``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._root, self._manifest = root, manifest
+        super().__init__(root, manifest)
         self._layout = linemod_layout(root)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
@@ -85,10 +84,7 @@ class LinemodWriter:
 
     def scene(self, scene: SceneSpec) -> "LinemodSceneWriter":
         """Open a scene again."""
-        part = self._layout.part(scene.scene_index)
-        if part.exists():
-            with writing(part):
-                shutil.rmtree(part)
+        remove_folder(self._layout.part(scene.scene_index))
         is_test = self._manifest.split_of(scene.scene_index) == "test"
         return LinemodSceneWriter(self._layout, scene.scene_index, self._objects, is_test)
 
@@ -113,9 +109,7 @@ class LinemodWriter:
                 text = "".join(f"{number:04d}\n" for number in numbers)
                 path = self._layout.object_folder(obj_id) / f"{split}.txt"
                 write_bytes(path, text.encode("ascii"), durable=True)
-        if self._layout.parts.exists():
-            with writing(self._layout.parts):
-                shutil.rmtree(self._layout.parts)
+        remove_folder(self._layout.parts)
 
     def _place(self, scene: int, row: Mapping[str, Any], frame: int) -> None:
         """Move the images of a frame to their place, unless an interrupted run did."""
@@ -132,12 +126,8 @@ class LinemodWriter:
             elif not path.is_file():
                 raise DatasetError(f"{path}: is missing, and so is {source}; generate the dataset again")
 
-    @cached_property
-    def _objects(self) -> dict[int, ObjectInfo]:
-        return read_objects(self._root)
 
-
-class LinemodSceneWriter:
+class LinemodSceneWriter(SceneWriterBase):
     """Write one scene: the images of its frames, then what its frames are."""
 
     def __init__(
@@ -199,6 +189,4 @@ def _append(path: Path, text: str, overwrite: bool) -> None:
 
 def _require_pinhole(camera: PinholeCamera) -> None:
     if camera.distortion is not None:
-        raise DatasetError(
-            "LINEMOD: has no place for a lens, sensors.camera has one; remove it, or leave linemod out of --formats"
-        )
+        raise DatasetError(NO_LENS)

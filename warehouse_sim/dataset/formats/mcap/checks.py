@@ -31,9 +31,7 @@ def files(subject: Subject) -> Findings:
 def messages(subject: Subject) -> Findings:
     """Messages decode, and have the cameras, boxes and points of the scene record."""
     require_extra("mcap", "to check the format mcap")
-    findings = Findings()
-    for part in subject.each(list(subject.scenes()), lambda scene: _scene(subject, *scene)):
-        findings.add(part)
+    findings = subject.put_together(list(subject.scenes()), lambda scene: _scene(subject, *scene))
     findings.examined = f"{findings.count} observations: calibration, images, poses, boxes, points"
     return findings
 

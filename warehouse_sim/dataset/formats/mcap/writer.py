@@ -33,6 +33,7 @@ from warehouse_sim.dataset.formats.mcap.messages import (
     transform,
 )
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.writer_base import WriterBase, remove_file
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.stored.readings import other_readings
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -159,11 +160,12 @@ _README = """# One MCAP file a scene: {train,val,test}/SSSSSS.mcap
 """
 
 
-class McapWriter:
+class McapWriter(WriterBase):
     """Write scenes as ``mcap/{train,val,test}/%06d.mcap``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._manifest, self._layout = manifest, mcap_layout(root)
+        super().__init__(root, manifest)
+        self._layout = mcap_layout(root)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Make the folders and write the description."""
@@ -177,13 +179,9 @@ class McapWriter:
         path = self._layout.scene(split, scene.scene_index)
         make_folder(path.parent)
         for old in (path, partial_file(path)):
-            with writing(old):
-                old.unlink(missing_ok=True)
+            remove_file(old)
         about = {"recipe": self._manifest.contents.name, "seed": str(self._manifest.seed), "split": split}
         return McapSceneWriter(McapFile(path, about | {"scene": str(scene.scene_index)}), scene, self._manifest)
-
-    def finish(self) -> None:
-        """Do nothing: no file of this format needs all scenes."""
 
 
 class McapSceneWriter:

@@ -4,36 +4,16 @@ All four are always written, each a data set of its own, since one label file ha
 links.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
+from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.yolo.layout import NAME
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.manifest import Manifest
 
 
-class YoloFormat:
+class YoloFormat(BuiltIn):
     """Images and text files of labels, a folder a task."""
-
-    name = NAME
-
-    @property
-    def checks(self) -> Sequence[NamedCheck]:
-        """Checks of its files, and of them against those of BOP."""
-        from warehouse_sim.dataset.formats.yolo.checks import CHECKS
-
-        return CHECKS
-
-    def reject(self, manifest: Manifest) -> None:
-        """Reject nothing: boxes and masks are there in every observation."""
-
-    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
-        """Return a writer into ``root/yolo``."""
-        from warehouse_sim.dataset.formats.yolo.writer import YoloWriter
-
-        return YoloWriter(root, manifest)
 
     def reader(self, root: Path) -> FormatReader | None:
         """Return a reader of a third-party folder; None of a dataset of ours: nothing in it is only here."""
@@ -48,4 +28,8 @@ class YoloFormat:
         return (root / "data.yaml").is_file()
 
 
-FORMAT = YoloFormat()
+FORMAT = YoloFormat(
+    NAME,
+    checks_at="warehouse_sim.dataset.formats.yolo.checks:CHECKS",
+    writer_at="warehouse_sim.dataset.formats.yolo.writer:YoloWriter",
+)

@@ -5,8 +5,9 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_mask
-from warehouse_sim.dataset.formats.yolo.layout import TASKS, YoloLayout, image_name, yolo_layout
+from warehouse_sim.dataset.formats.yolo.layout import TASKS, YoloLayout, yolo_layout
 from warehouse_sim.dataset.formats.yolo.reader import YoloReader
+from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
@@ -25,7 +26,7 @@ def files(subject: Subject) -> Findings:
     findings = Findings()
     for layout in _layouts(subject):
         for split in SPLITS:
-            names = {image_name(scene, index) for name, scene, index in subject.observations() if name == split}
+            names = {observation_name(scene, index) for name, scene, index in subject.observations() if name == split}
             compare_names(findings, layout.images(split), {f"{name}.png" for name in names})
             compare_names(findings, layout.labels(split), {f"{name}.txt" for name in names})
             findings.count += len(names)
@@ -46,7 +47,7 @@ def labels(subject: Subject) -> Findings:
             places = _places(subject, split)
             for image, (scene, index) in zip(reader.images(split), places, strict=False):
                 found, expected = len(image.targets), len(subject.record(scene).observations[index].targets)
-                where = layout.labels(split) / f"{image_name(scene, index)}.txt"
+                where = layout.labels(split) / f"{observation_name(scene, index)}.txt"
                 findings.require(found == expected, f"{where}: {found} rows, the scene record has {expected} targets")
                 findings.count += found
     findings.examined = f"{findings.count} rows"
@@ -64,7 +65,7 @@ def same_boxes_as_bop(subject: Subject) -> Findings:
                 path = folder / f"{index:06d}_{target.gt_index:06d}.png"
                 box = mask_box_xyxy(decode_mask(path))
                 same = box is not None and np.abs(np.subtract(box, target.box_visible_xyxy)).max() < _SAME_PX
-                where = f"{layout.labels(split) / image_name(scene, index)}.txt: row {target.gt_index + 1}"
+                where = f"{layout.labels(split) / observation_name(scene, index)}.txt: row {target.gt_index + 1}"
                 findings.require(bool(same), f"{where} is not the box of {path.name}, {box}")
                 findings.count += 1
     findings.examined = f"{findings.count} boxes"

@@ -36,8 +36,3 @@ class YoloLayout:
 def yolo_layout(root: Path, task: Task) -> YoloLayout:
     """Return the paths of one task of a dataset."""
     return YoloLayout(DatasetLayout(root).format_folder(NAME) / task)
-
-
-def image_name(scene_index: int, observation: int) -> str:
-    """Return the name of the files of an observation, without an ending."""
-    return f"{scene_index:06d}_{observation:06d}"

@@ -11,12 +11,12 @@ from jaxtyping import Bool, Float, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.files.plain import WHOLE, decimal, shown
-from warehouse_sim.dataset.formats.bop.reader import require_size
-from warehouse_sim.dataset.formats.images_only import (
+from warehouse_sim.dataset.formats.reader_base import (
     ImagesOnly,
     box_mask,
     guessed_camera,
     inside,
+    require_size,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -163,10 +163,9 @@ class YoloReader(ImagesOnly):
     """Polygons stand for them."""
 
     def __init__(self, root: Path) -> None:
-        super().__init__(root)
         self._data: YoloData = read_data(root)
+        super().__init__(root, self._data.folders)
         self._files: dict[str, list[Path]] = {}
-        self._images: dict[str, list[ImageRecord]] = {}
 
     @cached_property
     def objects(self) -> dict[int, ObjectInfo]:
@@ -178,16 +177,9 @@ class YoloReader(ImagesOnly):
         """Each split is one scene."""
         return {split: (number,) for number, split in enumerate(self._data.folders)}
 
-    def images(self, split: str) -> list[ImageRecord]:
-        """Return the images of a split in order of their names.
-
-        Raises:
-            DatasetError: No such split, or a file is missing or malformed.
-        """
-        require_split(self.root, split, self._data.folders)
-        if split not in self._images:
-            self._images[split] = [self._image(split, i, path) for i, path in enumerate(self._paths(split))]
-        return self._images[split]
+    def _read(self, split: str) -> list[ImageRecord]:
+        """Return the images in order of their names."""
+        return [self._image(split, i, path) for i, path in enumerate(self._paths(split))]
 
     def files(self, split: str) -> list[Path]:
         """Return images and labels of a split, sorted."""
@@ -203,7 +195,7 @@ class YoloReader(ImagesOnly):
         """Read the mask of a target; its box where its label is no polygon."""
         label = self._labels(image.split, image.image_id)[gt_index]
         if label.polygon is None:
-            return box_mask(image.targets[gt_index].box_visible_xyxy, image.camera)
+            return box_mask(image.targets[gt_index].box_visible_xyxy, image.camera, halves_up=True)
         return _filled(label.polygon, image.camera.width, image.camera.height)
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:

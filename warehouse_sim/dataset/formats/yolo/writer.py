@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import yaml
 
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles
-from warehouse_sim.dataset.formats.yolo.layout import TASKS, Task, YoloLayout, image_name, yolo_layout
+from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file
+from warehouse_sim.dataset.formats.yolo.layout import TASKS, Task, YoloLayout, yolo_layout
 from warehouse_sim.dataset.formats.yolo.polygons import mask_polygon
 from warehouse_sim.dataset.formats.yolo.rows import (
     box_row,
@@ -20,21 +20,18 @@ from warehouse_sim.dataset.formats.yolo.rows import (
     point_row,
     points_of,
 )
-from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.dataset.layout import observation_name
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import ObjectModel, SceneSpec
 from warehouse_sim.schema.classes import numbered
 
 
-class YoloWriter:
+class YoloWriter(WriterBase):
     """Write ``yolo/{detect,segment,pose,obb}``; no key points where no object of the dataset has pockets."""
-
-    def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._root, self._manifest = root, manifest
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Make the folders and the descriptions."""
@@ -48,23 +45,15 @@ class YoloWriter:
         """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         for layout in self._layouts.values():
-            with writing(layout.root):
-                for index in range(self._manifest.observations_per_scene):
-                    name = image_name(scene.scene_index, index)
-                    (layout.images(split) / f"{name}.png").unlink(missing_ok=True)
-                    (layout.labels(split) / f"{name}.txt").unlink(missing_ok=True)
+            for index in range(self._manifest.observations_per_scene):
+                name = observation_name(scene.scene_index, index)
+                remove_file(layout.images(split) / f"{name}.png")
+                remove_file(layout.labels(split) / f"{name}.txt")
         return YoloSceneWriter(self._layouts, split, self._numbers, self._objects, self._points)
-
-    def finish(self) -> None:
-        """Store nothing: no file needs two scenes."""
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
         return {name: number for number, name in enumerate(numbered(self._manifest.targets))}
-
-    @cached_property
-    def _objects(self) -> dict[int, ObjectInfo]:
-        return read_objects(self._root)
 
     @cached_property
     def _points(self) -> int:
@@ -83,7 +72,7 @@ class YoloWriter:
         return yaml.safe_dump(data, sort_keys=False, default_flow_style=None)
 
 
-class YoloSceneWriter:
+class YoloSceneWriter(SceneWriterBase):
     """Write one scene."""
 
     def __init__(
@@ -104,14 +93,11 @@ class YoloSceneWriter:
             DatasetError: A target's class is not among those of the dataset.
         """
         observation = files.observation
-        name = image_name(observation.scene_index, observation.observation_index)
+        name = observation_name(observation.scene_index, observation.observation_index)
         for task, layout in self._layouts.items():
             files.rgb.save(layout.images(self._split) / f"{name}.png")
             rows = [self._row(task, files, target) for target in files.targets]
             write_bytes(layout.labels(self._split) / f"{name}.txt", label_file(rows))
-
-    def finish(self) -> None:
-        """Store nothing: every file is written."""
 
     def _row(self, task: Task, files: ObservationFiles, target: LabelledTarget) -> str:
         annotation, camera = target.annotation, files.observation.camera

@@ -5,54 +5,29 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float32
-from pycocotools import mask as coco_mask
 
 from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem, shows_edges_of
 from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_read_nothing
 from warehouse_sim.dataset.checks.findings import Findings
+from warehouse_sim.dataset.checks.labels import decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
-
-
-def decode_runs(segmentation: Any, shape: tuple[int, int], where: str) -> Bool[np.ndarray, "h w"]:
-    """Return the mask of uncompressed run lengths, decoded by pycocotools.
-
-    Args:
-        segmentation: ``{"size": [h, w], "counts": [...]}``, column by column, zeros first.
-        shape: Height and width of its image.
-        where: File and image, for the message.
-
-    Raises:
-        DatasetError: Not run lengths that fill the image; pycocotools would take them without a word.
-    """
-    size, counts = (segmentation.get(key) if isinstance(segmentation, dict) else None for key in ("size", "counts"))
-    if size != list(shape):
-        raise DatasetError(f"{where}: a segmentation has the size {size!r}, its image {list(shape)} (h, w)")
-    if not isinstance(counts, list) or not all(type(count) is int and count >= 0 for count in counts):
-        raise DatasetError(f"{where}: counts of a segmentation must be a list of whole numbers >= 0")
-    if sum(counts) != shape[0] * shape[1]:
-        raise DatasetError(f"{where}: the counts of a segmentation fill {sum(counts)} of {shape[0] * shape[1]} pixels")
-    decoded: Bool[np.ndarray, "h w"] = coco_mask.decode(coco_mask.frPyObjects(segmentation, *shape)).view(bool)
-    return decoded
 
 
 def images(subject: Subject) -> Findings:
     """Colour and depth images can be read and have the camera's size."""
-    findings = Findings()
-    for part in subject.each(list(subject.images()), lambda image: _channels(subject, image)):
-        findings.add(part)
+    findings = subject.put_together(list(subject.images()), lambda image: _channels(subject, image))
     findings.examined = f"{findings.count} images"
     return findings
 
 
 def masks(subject: Subject) -> Findings:
     """Visible masks lie in their amodal masks, do not overlap, and give the stored counts, boxes and run lengths."""
-    findings, rows = Findings(), []
+    rows = []
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
         infos, coco = read_table(layout.table("gt_info")), read_json(layout.table("gt_coco"))
@@ -63,8 +38,7 @@ def masks(subject: Subject) -> Findings:
             count = len(infos[image.image_id])
             rows.append((image, infos[image.image_id], runs[:count]))
             runs = runs[count:]
-    for part in subject.each(rows, lambda row: _masks_of_image(subject, *row)):
-        findings.add(part)
+    findings = subject.put_together(rows, lambda row: _masks_of_image(subject, *row))
     findings.examined = f"{findings.count} pairs of masks"
     return findings
 
@@ -76,11 +50,11 @@ def _channels(subject: Subject, image: ImageRecord) -> Findings:
     if reader.has_clean:
         channels |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
         is_gt = matches_reading(channels["depth_clean"], channels["depth"])
-        findings.require(is_gt, f"{layout.depth_clean(image.image_id)}: {NOT_ITS_GT}")
+        findings.require(is_gt, f"{layout.image('depth_clean', image.image_id)}: {NOT_ITS_GT}")
         wrong = colour_problem(channels["rgb_clean"], channels["rgb"])
-        findings.require(not wrong, f"{layout.rgb_clean(image.image_id)}: {wrong}")
+        findings.require(not wrong, f"{layout.image('rgb_clean', image.image_id)}: {wrong}")
     shown = shows_edges_of(channels["rgb"], channels.get("depth_clean", channels["depth"]))
-    findings.require(shown, f"{layout.rgb(image.image_id)}: {OF_ANOTHER_PLACE}")
+    findings.require(shown, f"{layout.image('rgb', image.image_id)}: {OF_ANOTHER_PLACE}")
     for name, pixels in channels.items():
         where = f"{layout.root / name}: image {image.image_id}"
         far = name == "depth" and may_read_nothing(subject, image.scene_id, image.image_id)
@@ -95,18 +69,18 @@ def _masks_of_image(
     findings, depth = Findings(), subject.depth(image)
     layout, taken = bop_layout(subject.root).scene(image.split, image.scene_id), np.zeros(depth.shape, dtype=bool)
     for index, (info, segmentation) in enumerate(itertools.zip_longest(infos, runs)):
-        where = str(layout.mask(image.image_id, index, visible=True))
+        where = str(layout.mask("mask_visib", image.image_id, index))
         whole, visible = subject.readable.mask(image, index), subject.readable.mask_visible(image, index)
+        lie_apart(findings, visible, whole, taken, where)
         _counts_agree(findings, info, whole, visible, depth, where)
         box, stored = mask_box_xyxy(visible), image.targets[index].box_visible_xyxy
-        _whole_box_agrees(findings, image, image.targets[index], whole, str(layout.mask(image.image_id, index, False)))
+        whole_where = str(layout.mask("mask", image.image_id, index))
+        _whole_box_agrees(findings, image, image.targets[index], whole, whole_where)
         same_box = box is not None and tuple(map(float, box)) == stored
         findings.require(same_box, f"{where}: bbox_visib is {stored}, not {box}")
-        decoded = decode_runs(segmentation, visible.shape, f"{where}: scene_gt_coco.json")
+        decoded = decode_runs(segmentation, image, f"{where}: scene_gt_coco.json")
         same = np.array_equal(decoded, visible)
         findings.require(same, f"{where}: differs from the run lengths in scene_gt_coco.json")
-        findings.require(not (taken & visible).any(), f"{where}: overlaps the visible mask of another object")
-        taken |= visible
         findings.count += 1
     return findings
 
@@ -119,7 +93,6 @@ def _counts_agree(
     depth: Float32[np.ndarray, "h w"],
     where: str,
 ) -> None:
-    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole amodal mask")
     counted = np.count_nonzero(visible)
     findings.require(
         counted == info["px_count_visib"] > 0,

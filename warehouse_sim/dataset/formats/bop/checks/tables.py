@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
+from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_record
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import read_lens, take, take_if_given, take_numbers
@@ -18,7 +19,6 @@ from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens, same_lens
-from warehouse_sim.geometry.pose import invert
 
 _KEYS = ("fx", "fy", "cx", "cy")
 
@@ -103,10 +103,6 @@ def _is_group(info: ObjectInfo, discrete: Float[np.ndarray, "n 4 4"], axes: Sequ
 
 
 _TABLES = ("camera", "gt", "gt_info", "gt_coco")
-_SAME_POSE = 1e-6
-_SAME_FRACTION = 1e-9
-# Visible fraction from which BOP requires a target (calc_gt_info and the challenge's targets).
-_VISIBLE_ENOUGH = 0.1
 
 
 def files(subject: Subject) -> Findings:
@@ -142,7 +138,8 @@ def tables(subject: Subject) -> Findings:
         findings.require(listed == wanted, f"{path}: lists images {sorted(listed)}, the manifest {sorted(wanted)}")
     for image in subject.images():
         count += len(image.targets)
-        _agrees_with_record(findings, subject, image)
+        path = bop_layout(subject.root).scene(image.split, image.scene_id).table("gt")
+        agree_with_record(findings, subject, image, f"{path}: {image.image_id}")
     findings.examined = f"{count} poses, rigid and equal to the scene records"
     return findings
 
@@ -167,7 +164,7 @@ def targets(subject: Subject) -> Findings:
     rows19, rows24 = [], []
     for image in subject.readable.images("test"):
         key = {"scene_id": image.scene_id, "im_id": image.image_id}
-        counts = Counter(target.obj_id for target in image.targets if target.visible_fraction >= _VISIBLE_ENOUGH)
+        counts = Counter(target.obj_id for target in image.targets if target.visible_fraction >= VISIBLE_ENOUGH)
         rows19 += [{**key, "obj_id": obj_id, "inst_count": counts[obj_id]} for obj_id in sorted(counts)]
         rows24.append(key)
     for year, rows in ((2019, rows19), (2024, rows24)):
@@ -180,36 +177,6 @@ def targets(subject: Subject) -> Findings:
 def _count(row: Any) -> int:
     """Return the number of poses of an image; what is no list is reported where it is read."""
     return len(row) if isinstance(row, list) else 0
-
-
-def _agrees_with_record(findings: Findings, subject: Subject, image: ImageRecord) -> None:
-    record = subject.record(image.scene_id)
-    where = f"{bop_layout(subject.root).scene(image.split, image.scene_id).table('gt')}: {image.image_id}"
-    if not findings.require(image.image_id < len(record.T_world_camera), f"{where}: is not in the scene record"):
-        return
-    measured = {item.instance_id: item for item in record.observations[image.image_id].targets}
-    T_world_camera = record.T_world_camera[image.image_id]
-    moved = np.abs(image.T_world_camera - T_world_camera).max()
-    findings.require(bool(moved < _SAME_POSE), f"{where}: the camera is not where the scene record has it")
-    for target in image.targets:
-        item = record.object(target.instance_id)
-        here = f"{where}[{target.gt_index}]"
-        if not findings.require(item is not None, f"{here}: instance {target.instance_id} is not in the scene record"):
-            continue
-        assert item is not None
-        known = target.obj_id in subject.objects and item.obj_id == target.obj_id
-        findings.require(known, f"{here}: obj_id {target.obj_id} is unknown or not that of the scene record")
-        moved = np.abs(target.T_camera_object - invert(T_world_camera) @ item.T_world_object).max()
-        findings.require(bool(moved < _SAME_POSE), f"{here}: the pose differs from the scene record by {moved:.2e}")
-        noted = measured.get(target.instance_id)
-        if noted is not None:
-            said = noted.visible_fraction, noted.pixels_all
-            same = abs(said[0] - target.visible_fraction) < _SAME_FRACTION and said[1] == target.pixels_all
-            findings.require(
-                same,
-                f"{here}: visib_fract {target.visible_fraction:.6g} of {target.pixels_all} px, "
-                f"the scene record has {said[0]:.6g} of {said[1]}",
-            )
 
 
 def _coco_agrees(findings: Findings, path: Path, images: list[ImageRecord]) -> int:
@@ -238,7 +205,7 @@ def _coco_agrees(findings: Findings, path: Path, images: list[ImageRecord]) -> i
             "category_id": target.obj_id,
             "area": target.pixels_visible,
             "bbox": [left, top, right - left + 1, bottom - top + 1],
-            "ignore": target.visible_fraction < _VISIBLE_ENOUGH,
+            "ignore": target.visible_fraction < VISIBLE_ENOUGH,
         }
         for key, value in expected.items():
             found = annotation.get(key) if isinstance(annotation, dict) else None

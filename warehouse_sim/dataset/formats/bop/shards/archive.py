@@ -10,11 +10,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import BinaryIO
 
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import shown
-from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD, image_key
+from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD
+from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.errors import DatasetError
 
 _MOST_MEMBERS = 1_000_000
@@ -116,34 +117,22 @@ def _add(members: Members, path: Path, item: tarfile.TarInfo, total: int) -> Non
     kinds[found[3]] = Extent(path, name, item.offset_data, item.size)
 
 
-class Keyed(Protocol):
-    """The images of one split."""
+class Keyed:
+    """The images of one split, which are found in one table of members.
 
-    def numbers(self) -> list[tuple[int, int]]:
-        """Return scene and image of every image, sorted."""
-
-    def find(self, key: tuple[int, int], kind: str) -> Extent | None:
-        """Return where a file of an image lies, if there is one, by its kind such as "rgb.png"."""
-
-    def member(self, key: tuple[int, int], kind: str) -> Extent:
-        """Return what ``find`` does.
-
-        Raises:
-            DatasetError: There is none.
-        """
-
-    def files(self) -> list[Path]:
-        """Return all files, sorted."""
-
-
-class _Listed:
-    """What is common of both: images are found in one table of members."""
+    Args:
+        root: Their folder.
+    """
 
     def __init__(self, root: Path) -> None:
         self.root = root
 
     @cached_property
     def _members(self) -> Members:
+        raise NotImplementedError
+
+    def files(self) -> list[Path]:
+        """Return all files, sorted."""
         raise NotImplementedError
 
     def numbers(self) -> list[tuple[int, int]]:
@@ -162,11 +151,13 @@ class _Listed:
         """
         found = self.find(key, kind)
         if found is None:
-            raise DatasetError(f"{self.root}: {image_key(*key)}.{kind} is missing; copy or generate the dataset again")
+            raise DatasetError(
+                f"{self.root}: {observation_name(*key)}.{kind} is missing; copy or generate the dataset again"
+            )
         return found
 
 
-class ShardFolder(_Listed):
+class ShardFolder(Keyed):
     """Shards: tar archives with a table that says which image is in which."""
 
     def files(self) -> list[Path]:
@@ -189,11 +180,11 @@ class ShardFolder(_Listed):
                 continue
             for key, kinds in list_members(path).items():
                 if key in members:
-                    raise DatasetError(f"{path}: {image_key(*key)} is in an earlier shard, too; make them again")
+                    raise DatasetError(f"{path}: {observation_name(*key)} is in an earlier shard, too; make them again")
                 if table is not None and table.get(key) != int(match[1]):
                     raise DatasetError(
-                        f"{self.root / KEY_TO_SHARD}: {image_key(*key)} is {shown(table.get(key))}, the image is in "
-                        f"{path.name}; make the table again"
+                        f"{self.root / KEY_TO_SHARD}: {observation_name(*key)} is {shown(table.get(key))}, the image "
+                        f"is in {path.name}; make the table again"
                     )
                 members[key] = kinds
         return members
@@ -212,7 +203,7 @@ class ShardFolder(_Listed):
         return table
 
 
-class ImagewiseFolder(_Listed):
+class ImagewiseFolder(Keyed):
     """Files of all images side by side, as bop_toolkit makes them on the way to shards."""
 
     def files(self) -> list[Path]:

@@ -12,17 +12,15 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
+from warehouse_sim.dataset.checks.labels import agree_with_record, decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.formats.bop.checks.images import decode_runs
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.pose import invert
 
 _KINDS = ("rgb.png", "depth.png", "camera.json", "gt.json", "gt_info.json", "mask.json", "mask_visib.json")
 _CLEAN = ("rgb_clean.png", "depth_clean.png")
-_SAME_POSE = 1e-6
 
 
 def archives(subject: Subject) -> Findings:
@@ -53,20 +51,9 @@ def rows(subject: Subject) -> Findings:
     """Cameras and poses are those of the scene records."""
     findings, count = Findings(), 0
     for image in subject.images():
-        record = subject.record(image.scene_id)
         where = f"{shards_layout(subject.root).split(image.split)}: scene {image.scene_id} image {image.image_id}"
-        T_world_camera = subject.T_world_camera(image.scene_id, image.image_id)
-        near = np.abs(image.T_world_camera - T_world_camera).max() < _SAME_POSE
-        findings.require(bool(near), f"{where}: the camera is not where the scene record has it")
-        for target in image.targets:
-            item, here = record.object(target.instance_id), f"{where}: target {target.gt_index}"
-            known = item is not None and item.obj_id == target.obj_id and target.obj_id in subject.objects
-            if not findings.require(known, f"{here}: is not object {target.obj_id} of the scene record"):
-                continue
-            assert item is not None
-            moved = np.abs(target.T_camera_object - invert(T_world_camera) @ item.T_world_object).max()
-            findings.require(bool(moved < _SAME_POSE), f"{here}: the pose differs from the scene record by {moved:.2e}")
-            count += 1
+        agree_with_record(findings, subject, image, where)
+        count += len(image.targets)
     findings.examined = f"{count} poses, equal to the scene records"
     return findings
 
@@ -97,23 +84,20 @@ def _masks_of_shard(
             for target in image.targets:
                 a, b = whole[target.gt_index], seen[target.gt_index]
                 here = f"{where}: {target.gt_index}"
-                findings.require(not (b & ~a).any(), f"{here}: is seen outside its amodal mask")
-                findings.require(not (b & taken).any(), f"{here}: overlaps the visible mask of another object")
+                lie_apart(findings, b, a, taken, here)
                 counts = (
                     int(np.count_nonzero(b)) == target.pixels_visible and int(np.count_nonzero(a)) <= target.pixels_all
                 )
                 findings.require(counts, f"{here}: {np.count_nonzero(b)} pixels, gt_info has {target.pixels_visible}")
-                taken |= b
                 findings.count += 1
 
 
 def _decoded(archive: tarfile.TarFile, name: str, image: ImageRecord, where: str) -> list[Bool[np.ndarray, "h w"]]:
     file = archive.extractfile(name)
     data: Any = json.loads(file.read()) if file is not None else None
-    shape = image.camera.height, image.camera.width
     if not isinstance(data, dict) or sorted(data) != sorted(str(i) for i in range(len(image.targets))):
         raise DatasetError(f"{where}: must hold run lengths of targets 0 to {len(image.targets) - 1}")
-    return [decode_runs(data[str(index)], shape, f"{where}: {index}") for index in range(len(data))]
+    return [decode_runs(data[str(index)], image, f"{where}: {index}") for index in range(len(data))]
 
 
 @contextmanager

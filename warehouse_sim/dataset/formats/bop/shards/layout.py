@@ -50,11 +50,6 @@ class ShardsLayout:
         return self.parts / f"{scene_id:06d}.tar"
 
 
-def image_key(scene_id: int, image_id: int) -> str:
-    """Return the name of an image, which all its members begin with."""
-    return f"{scene_id:06d}_{image_id:06d}"
-
-
 def shards_layout(root: Path) -> ShardsLayout:
     """Return the paths of the shards of a dataset."""
     return ShardsLayout(DatasetLayout(root).format_folder(NAME))

@@ -1,22 +1,22 @@
 """Write BOP shards: each scene into an archive of its own, by any process; the last step streams them into shards."""
 
 import json
-import shutil
 import tarfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.files.json_file import parse_json, write_json
 from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.shards.archive import Extent, Members, add_image, list_members, writing_archive
-from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, image_key, shards_layout
+from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, shards_layout
 from warehouse_sim.dataset.formats.bop.writer import TargetLists, require_known, write_preface
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file, remove_folder
+from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.manifest import Manifest
-from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -47,16 +47,14 @@ def merge(layout: ShardsLayout, manifest: Manifest, most_images: int = MOST_IMAG
         for number, start in enumerate(range(0, len(keys), most_images)):
             chunk = keys[start : start + most_images]
             members = _write_shard(layout, split, number, chunk)
-            table |= {image_key(*key): number for key in chunk}
+            table |= {observation_name(*key): number for key in chunk}
             if split == "test":
                 _add_targets(targets, members)
             # A scene goes on in the next shard unless its last image is in this one.
             _remove_parts(layout, chunk, manifest.observations_per_scene - 1)
         write_json(layout.key_to_shard(split), table)
     targets.write(layout.bop.root)
-    if layout.parts.is_dir():
-        with writing(layout.parts):
-            shutil.rmtree(layout.parts)
+    remove_folder(layout.parts)
 
 
 def _write_shard(layout: ShardsLayout, split: str, number: int, keys: Sequence[_Key]) -> Members:
@@ -74,10 +72,10 @@ def _write_shard(layout: ShardsLayout, split: str, number: int, keys: Sequence[_
             found: dict[str, Extent] | None = part.get(key) if key[0] in fresh else stored.get(key)
             if found is None:
                 raise DatasetError(
-                    f"{path}: image {image_key(*key)} is neither in {layout.part(key[0])} nor in the shard; "
+                    f"{path}: image {observation_name(*key)} is neither in {layout.part(key[0])} nor in the shard; "
                     "generate the dataset again"
                 )
-            add_image(archive, image_key(*key), {kind: extent.read() for kind, extent in found.items()})
+            add_image(archive, observation_name(*key), {kind: extent.read() for kind, extent in found.items()})
     return list_members(path)
 
 
@@ -90,8 +88,7 @@ def _add_targets(targets: TargetLists, members: Members) -> None:
 def _remove_parts(layout: ShardsLayout, keys: Sequence[_Key], last: int) -> None:
     for scene, image in keys:
         if image == last:
-            with writing(layout.part(scene)):
-                layout.part(scene).unlink(missing_ok=True)
+            remove_file(layout.part(scene))
 
 
 _INFO = f"""\
@@ -102,11 +99,11 @@ _INFO = f"""\
 """
 
 
-class ShardsWriter:
+class ShardsWriter(WriterBase):
     """Write scenes as ``bop_webdataset/{train,val,test}/shard-%06d.tar``."""
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self._root, self._manifest = root, manifest
+        super().__init__(root, manifest)
         self._layout = shards_layout(root)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
@@ -124,12 +121,8 @@ class ShardsWriter:
         """Stream the scenes into shards; write the tables of keys and the targets of the test split."""
         merge(self._layout, self._manifest)
 
-    @cached_property
-    def _objects(self) -> dict[int, ObjectInfo]:
-        return read_objects(self._root)
 
-
-class ShardsSceneWriter:
+class ShardsSceneWriter(SceneWriterBase):
     """Write the images of one scene into an archive of their own, each as it comes."""
 
     def __init__(self, path: Path, objects: Mapping[int, ObjectInfo], clean: bool) -> None:
@@ -163,7 +156,7 @@ class ShardsSceneWriter:
         if self._clean:
             members |= {"rgb_clean.png": files.rgb_clean.data, "depth_clean.png": files.depth_clean_mm.data}
         with writing(self._path):
-            add_image(self._archive, image_key(observation.scene_index, observation.observation_index), members)
+            add_image(self._archive, observation_name(observation.scene_index, observation.observation_index), members)
 
     def finish(self) -> None:
         """Close the archive."""

@@ -83,9 +83,7 @@ def cameras(subject: Subject) -> Findings:
 
 def images(subject: Subject) -> Findings:
     """Colour images are equal byte for byte, depth images within their steps; of a level view, most depths are."""
-    findings = Findings()
-    for part in subject.each(list(subject.of_format(OTHER).images()), lambda image: _same_images(subject, image)):
-        findings.add(part)
+    findings = subject.put_together(list(subject.of_format(OTHER).images()), lambda image: _same_images(subject, image))
     findings.examined = f"{findings.count} pairs of images"
     return findings
 
@@ -96,12 +94,12 @@ def _same_images(subject: Subject, image: ImageRecord) -> Findings:
         _same_level_depth(findings, subject, image)
         return findings
     rgb_path = kitti_layout(subject.root).file(image.split, "image_2", frame)
-    bop_path = bop_layout(subject.root).scene(image.split, image.scene_id).rgb(image.image_id)
+    bop_path = bop_layout(subject.root).scene(image.split, image.scene_id).image("rgb", image.image_id)
     pairs = [(rgb_path, bop_path)]
     if subject.manifest.contents.clean:
         clean_path = kitti_layout(subject.root).file(image.split, "image_clean_2", frame)
         pairs.append(
-            (clean_path, bop_layout(subject.root).scene(image.split, image.scene_id).rgb_clean(image.image_id))
+            (clean_path, bop_layout(subject.root).scene(image.split, image.scene_id).image("rgb_clean", image.image_id))
         )
     for ours, theirs in pairs:
         findings.require(read_bytes(ours) == read_bytes(theirs), f"{ours}: differs from {theirs}")

@@ -83,9 +83,7 @@ def images(subject: Subject) -> Findings:
 
     With BOP files in the dataset the colour images are not decoded a second time: another check compares their bytes.
     """
-    findings = Findings()
-    for part in subject.each(list(frames(subject)), lambda frame: _channels(subject, *frame)):
-        findings.add(part)
+    findings = subject.put_together(list(frames(subject)), lambda frame: _channels(subject, *frame))
     findings.examined = f"{findings.count} images"
     return findings
 

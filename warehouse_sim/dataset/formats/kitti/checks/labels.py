@@ -70,10 +70,8 @@ def shown(subject: Subject) -> Findings:
 
 def points_on_depth(subject: Subject) -> Findings:
     """Points of the LiDAR lie, through calib, where the depth image has them: along the axis and in metres."""
-    findings = Findings()
     numbers = [(split, frame) for split, _, _, frame in frames(subject)]
-    for part in subject.each(numbers, lambda item: _points_agree(subject, *item)):
-        findings.add(part)
+    findings = subject.put_together(numbers, lambda item: _points_agree(subject, *item))
     findings.examined = f"{findings.count} points on depth images"
     return findings
 

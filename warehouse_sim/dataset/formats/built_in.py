@@ -1,0 +1,58 @@
+"""What the formats of this package have in common: each part is imported on use."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
+from warehouse_sim.dataset.manifest import Manifest
+
+
+@dataclass(frozen=True)
+class BuiltIn:
+    """Base of the formats of this package: to read a dataset needs no check, to write one no reader."""
+
+    name: str
+    """As in ``--formats``, and of its folder in a dataset."""
+    checks_at: str
+    """Where the checks of its files are, as "module:name", as are all parts."""
+    writer_at: str
+    """A class that takes the dataset's folder and its manifest."""
+    third_party_checks_at: str = ""
+    """Checks of third-party folders only; empty = none."""
+
+    @property
+    def checks(self) -> Sequence[NamedCheck]:
+        """Checks of its files."""
+        found: Sequence[NamedCheck] = _part(self.checks_at)
+        return found
+
+    @property
+    def third_party_checks(self) -> Sequence[NamedCheck]:
+        """Checks of third-party folders only."""
+        found: Sequence[NamedCheck] = _part(self.third_party_checks_at) if self.third_party_checks_at else ()
+        return found
+
+    def reject(self, manifest: Manifest) -> None:
+        """Reject nothing; formats that cannot hold everything say what they cannot."""
+
+    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
+        """Return a writer into the format's folder."""
+        writer: DatasetWriter = _part(self.writer_at)(root, manifest)
+        return writer
+
+    def reader(self, root: Path) -> FormatReader | None:
+        """Return nothing; formats that training and scoring can read return a reader."""
+        return None
+
+    def recognises(self, root: Path) -> bool:
+        """Return no; formats of which third-party folders are read look at the folder."""
+        return False
+
+
+def _part(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
