@@ -112,7 +112,7 @@ def test_evaluate_says_that_there_are_no_poses(tmp_path: Path) -> None:
     csv.write_text("scene_id,im_id,obj_id,score,R,t,time\n")
     with pytest.raises(EvaluationError, match=r"has no poses to score against: 1 images, 3 bare masks; predict and"):
         evaluate(csv, root, "test")
-    with pytest.raises(DatasetError, match="there is no split .train.; known: test"):
+    with pytest.raises(DatasetError, match="there is no split 'train'; known: test"):
         DatasetReader(root).images("train")
 
 
