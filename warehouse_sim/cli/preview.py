@@ -5,6 +5,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, require_ending, say
+from warehouse_sim.cli.replacing import require_free
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
@@ -66,6 +67,7 @@ def preview(
     if difficulty is not None:
         chosen = with_difficulty(chosen, difficulty)
     require_ending("--out", out, ".png")
+    require_free(out, overwrite=True)
     say(f"sampling, settling and rendering scene {scene} of {recipe} with seed {seed}")
     render_contact_sheet(chosen, seed, scene, out, backend, options)
     same = [] if difficulty is None else ["--difficulty", str(difficulty)]

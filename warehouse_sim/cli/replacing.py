@@ -1,5 +1,6 @@
 """Files of an earlier run are not replaced by others, unless on request."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +18,9 @@ def require_free(path: Path, overwrite: bool) -> None:
         raise OutputError(f"{path}: cannot be written (it is a folder); choose another place")
     if path.is_file() and not overwrite:
         raise OutputError(f"{path}: is there already; name another file, or add --overwrite")
+    above = next(folder for folder in path.absolute().parents if folder.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise OutputError(f"{path}: cannot be written (nothing can be written below {above}); choose another place")
 
 
 def write_one(path: Path, write: Callable[[Path], Path], overwrite: bool) -> Path:

@@ -58,6 +58,11 @@ def coco_box_as_corners(folder: Folder) -> None:
     edit(view.table("gt_coco"), on)
 
 
+def coco_instance_as_crowd(folder: Folder) -> None:
+    view = folder.target()[0]
+    edit(view.table("gt_coco"), lambda data: folder.rng.choice(data["annotations"]).update(iscrowd=1))
+
+
 def coco_runs_along_rows(folder: Folder) -> None:
     view = folder.target()[0]
 

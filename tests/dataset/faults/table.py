@@ -66,6 +66,7 @@ FAULTS = (
     Fault("visible boxes one pixel larger", pixels.visible_box_one_more, "bop masks", "bbox_visib is"),
     Fault("whole box one pixel larger", pixels.whole_box_one_more, "bop masks", "bbox_obj is"),
     Fault("COCO box as corners", pixels.coco_box_as_corners, "bop coco", "bbox is"),
+    Fault("COCO instance as a crowd", pixels.coco_instance_as_crowd, "bop coco", "iscrowd is 1"),
     Fault("KITTI box as width and height", pixels.kitti_box_as_width, "kitti and bop labels", "the 2D boxes differ"),
     Fault("visible fraction wrong", pixels.fraction_of_the_image, "bop masks", "visib_fract is not"),
     Fault("amodal mask without what is cut", pixels.amodal_mask_counted_in_the_image, "bop masks", "px_count_all is"),

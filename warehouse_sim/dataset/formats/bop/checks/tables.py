@@ -205,6 +205,7 @@ def _coco_agrees(findings: Findings, path: Path, images: list[ImageRecord]) -> i
             "category_id": target.obj_id,
             "area": target.pixels_visible,
             "bbox": [left, top, right - left + 1, bottom - top + 1],
+            "iscrowd": 0,
             "ignore": target.visible_fraction < VISIBLE_ENOUGH,
         }
         for key, value in expected.items():
