@@ -108,6 +108,7 @@ def test_turns_and_listed_boxes(tmp_path: Path) -> None:
         ({"up": "w"}, r"crate\.yaml: up must be one of 'x', 'y', 'z', found 'w'"),
         ({"material": None}, r"crate\.yaml: material: part 'body' has none"),
         ({"material": "krft"}, r"crate\.yaml: material: unknown material 'krft'; known: .*kraft"),
+        ({"material": "krft", "materials": {"body": "kraft"}}, r"crate\.yaml: material: unknown material 'krft'"),
         ({"materials": {"lid": "kraft"}}, r"crate\.yaml: materials: the file has no part 'lid'; it has body"),
         ({"materials": {"body": "krft"}}, r"crate\.yaml: materials\.body: unknown material 'krft'"),
         ({"symmetry": "cubiod"}, r"crate\.yaml: symmetry: kind must be one of .* found 'cubiod'"),

@@ -112,10 +112,19 @@ def test_a_folder_of_folders_is_looked_into(folders, tmp_path):
     assert "Data: data" in words
 
 
-def test_curves_that_were_lost_are_said_to_be(folders, tmp_path):
+@pytest.mark.parametrize("text", ["", "step,samples,lear", "step,loss\n1,0.5\n2,0.4", "step,lo\0\0\n1,0.5\n"])
+def test_curves_that_were_lost_are_said_to_be(folders, tmp_path, text):
     run = shutil.copytree(folders / "run", tmp_path / "run")
-    (run / "curves.csv").write_text("")
-    with pytest.raises(EvaluationError, match=r"curves\.csv: is empty"):
+    (run / "curves.csv").write_text(text)
+    with pytest.raises(EvaluationError, match=r"curves\.csv is empty or cut"):
+        write_report([run], tmp_path / "x.html")
+
+
+@pytest.mark.parametrize("text", ["7", "[1, 2]"])
+def test_a_result_that_is_no_mapping_is_rejected(folders, tmp_path, text):
+    run = shutil.copytree(folders / "run", tmp_path / "run")
+    (run / "result.json").write_text(text)
+    with pytest.raises(EvaluationError, match=r"result\.json: expected a mapping"):
         write_report([run], tmp_path / "x.html")
 
 

@@ -83,7 +83,7 @@ def unclear(outcome: Outcome, names: Sequence[str]) -> str | None:
     if len(lines) != 1:
         return f"{len(lines)} lines of error: {shown!r}"
     message = lines[0]
-    if outcome.err.rstrip().splitlines()[-1] != message:
+    if outcome.err.rstrip().splitlines()[-1] != message.rstrip():
         return f"the error is more than one line: {shown!r}"
     if len(message) > _LONGEST_ERROR:
         return f"the error is {len(message)} characters long"

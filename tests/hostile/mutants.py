@@ -42,7 +42,7 @@ _NEVER_ZERO = re.compile(
 _FREE_TEXT = re.compile(r"^(description|name|class_name|version|torch|device|sha256)$")
 # Relative weights and spreads that bounds cut off mean something at any size; a seed is any whole number.
 _ANY_SIZE = re.compile(r"^(weights|std|seed)$")
-_OF_A_DISTRIBUTION = frozenset({"min", "max", "mean", "std", "choices"})
+OF_A_DISTRIBUTION = frozenset({"min", "max", "mean", "std", "choices"})
 NO_JSON = frozenset({"nan", "inf", "minus_inf", "digits_5001"})
 _HUGE = frozenset({"e9", "e300", "huge_integer", "digits_5001"})
 _OTHER_TYPE = frozenset({"string", "list", "mapping", "true", "empty"})
@@ -161,7 +161,7 @@ def _expectation(path: Place, value: Any, mutation: str) -> Expectation:
 
 
 def _is_fraction(path: Place) -> bool:
-    words = [word for word in path if isinstance(word, str) and word not in _OF_A_DISTRIBUTION]
+    words = [word for word in path if isinstance(word, str) and word not in OF_A_DISTRIBUTION]
     return bool(words and _FRACTION.search(words[-1]))
 
 

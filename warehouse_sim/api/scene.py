@@ -289,7 +289,7 @@ class Scene:
             return camera.config
         if camera is None and self._recipe is not None:
             return self._recipe.sensors
-        return (camera if isinstance(camera, Camera) else Camera(camera or "kitti")).rig
+        return (camera if isinstance(camera, Camera) else Camera("kitti" if camera is None else camera)).rig
 
 
 def _named(recipe: str | Path | None) -> generation_recipe.Recipe | None:

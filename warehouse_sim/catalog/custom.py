@@ -134,19 +134,18 @@ def _solid(mesh: TriangleMesh, centre: np.ndarray) -> TriangleMesh:
 
 def _materials(config: CustomObjectConfig, parts: list[str], known: Collection[str], path: Path) -> list[str]:
     """Return the name of each part's material, one of ``known``."""
+    named = {f"materials.{part}": name for part, name in config.materials.items()}
+    for key, name in {"material": config.material, **named}.items():
+        if name is not None and name not in known:
+            raise ConfigError(f"{path}: {key}: unknown material {name!r}; known: {', '.join(sorted(known))}")
     for part in config.materials:
         if part not in parts:
             raise ConfigError(f"{path}: materials: the file has no part {part!r}; it has {', '.join(parts)}")
-    chosen = []
-    for part in parts:
-        key = f"materials.{part}" if part in config.materials else "material"
-        name = config.materials.get(part, config.material)
-        if name is None:
-            raise ConfigError(f"{path}: material: part {part!r} has none; name it in 'materials' or set 'material'")
-        if name not in known:
-            raise ConfigError(f"{path}: {key}: unknown material {name!r}; known: {', '.join(sorted(known))}")
-        chosen.append(name)
-    return chosen
+    chosen = [config.materials.get(part, config.material) for part in parts]
+    if None in chosen:
+        part = parts[chosen.index(None)]
+        raise ConfigError(f"{path}: material: part {part!r} has none; name it in 'materials' or set 'material'")
+    return [name for name in chosen if name is not None]
 
 
 def _symmetry(config: CustomObjectConfig, size: np.ndarray, path: Path) -> SymmetryGroup:

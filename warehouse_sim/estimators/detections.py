@@ -1,5 +1,6 @@
 """Where the detections of a dataset's images come from: its masks, files, or detectors and segmenters by name."""
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -37,7 +38,7 @@ def open_front_end(name_or_run: str | Path) -> FrontEnd:
         return adapted_front_end(DETECTORS.get(name)())
     if name in SEGMENTERS.names():
         return adapted_front_end(SEGMENTERS.get(name)())
-    if not Path(name_or_run).is_dir():
+    if not os.path.isdir(name_or_run):
         known = [*DETECTORS.names(), *SEGMENTERS.names()]
         raise UnknownNameError("detector or segmenter (or the run folder of one)", name, known)
     kind = read_kind(Path(name_or_run))
@@ -118,8 +119,8 @@ class StoredDetections(Detector):
 
 def is_detections(path: str | Path) -> bool:
     """Return whether a path is a file of detections or a folder of them."""
-    found = Path(path)
-    return found.is_file() or (found.is_dir() and is_label_folder(found))
+    # Unlike those of Path, these take what is too long for a path.
+    return os.path.isfile(path) or (os.path.isdir(path) and is_label_folder(Path(path)))
 
 
 def _read(path: Path, reader: DatasetReader, split: str) -> list[FoundObject]:

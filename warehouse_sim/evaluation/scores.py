@@ -6,7 +6,7 @@ from typing import Any
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import NUMBERS, take, take_if_given
+from warehouse_sim.dataset.files.plain import NUMBERS, Span, take, take_if_given
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import DatasetError, EvaluationError, UnknownNameError
 from warehouse_sim.evaluation.bop_scores import BopScores
@@ -25,8 +25,7 @@ WITHOUT_CAD = {"model": "cloud of the instance", "diameter": "box diagonal"}
 """What scores say of a dataset without CAD: what errors are measured on, and what fractions of the diameter mean."""
 
 WITHOUT_ACCESSIBILITY = {"evaluated": "all pallets, as not all say which a truck can reach"}
-"""What scores say of a dataset that an older version made, or others: docking is evaluated of more than a truck can
-do."""
+"""What scores say of a dataset made by others: docking is evaluated of more than a truck can do."""
 
 
 @dataclass(frozen=True)
@@ -205,14 +204,14 @@ def read_scores(folder: str | Path) -> Scores:
             method=take(data, "method", str, where),
             dataset=take(data, "dataset", dict, where),
             settings=take(data, "settings", dict, where),
-            counts=take(data, "counts", dict, where),
+            counts=_counts(data, "counts", where),
             overall=Summary.from_plain(take(data, "overall", dict, where), f"{where}: overall"),
             groups={
                 name: tuple(Summary.from_plain(item, f"{where}: {name}") for item in take(groups, name, list, where))
                 for name in groups
             },
-            docking_failures=take(data, "docking_failures", dict, where),
-            docking_left_out=take(data, "docking_left_out", dict, where),
+            docking_failures=_counts(data, "docking_failures", where),
+            docking_left_out=_counts(data, "docking_left_out", where),
             trust=Trust.from_plain(take(data, "trust", dict, where), f"{where}: trust"),
             seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
             table=read_table(folder / ERRORS_FILE),
@@ -221,3 +220,8 @@ def read_scores(folder: str | Path) -> Scores:
         )
     except DatasetError as problem:
         raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem
+
+
+def _counts(data: Any, key: str, where: str) -> dict[str, int]:
+    names = take(data, key, dict, where)
+    return {name: take(names, name, int, f"{where}: {key}", Span(0, 2**63 - 1)) for name in names}

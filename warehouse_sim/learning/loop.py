@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 from torch.nn.parallel import DistributedDataParallel
 
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.averaging import MovingAverage
 from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
@@ -83,7 +85,7 @@ def fit(
         observers: Notified of what happens; given in rank 0 only.
 
     Raises:
-        TrainingError: The checkpoint cannot be read.
+        TrainingError: The checkpoint cannot be read, or the training has diverged.
         OutputError: A checkpoint cannot be written.
     """
     with process_group(worker):
@@ -143,8 +145,11 @@ class _Loop:
                 return
 
     def finish_stretch(self, observers: Sequence[Observer]) -> None:
-        """Validate and keep a checkpoint."""
+        """Validate and keep a checkpoint, unless the training has diverged."""
         self.state.stretch += 1
+        weights = self._task.network.state_dict().values()
+        if not all(bool(values.isfinite().all()) for values in (self.state.last_loss, *weights)):
+            raise self._diverged()
         self._validate()
         for observer in observers:
             observer.on_validation(self.state)
@@ -183,9 +188,18 @@ class _Loop:
         started = time.monotonic()
         self._average.eval()
         with torch.no_grad(), mixed(self.state.precision, self._device):
-            self.state.metrics = self._task.validate(self._average.module)
+            try:
+                self.state.metrics = self._task.validate(self._average.module)
+            except np.linalg.LinAlgError as problem:  # of outputs that are no numbers
+                raise self._diverged() from problem
         self.state.validation_seconds = time.monotonic() - started
         self._reserve()
+
+    def _diverged(self) -> TrainingError:
+        return TrainingError(
+            f"{self._run}: by step {self.state.step} the network gives no finite numbers any more; train again with a "
+            f"learning_rate below {self._config.learning_rate:g}"
+        )
 
     def _reserve(self) -> None:
         # The last validation comes after the last step: keep its time, and some for writing the files.

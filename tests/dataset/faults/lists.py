@@ -48,6 +48,10 @@ def stale_checksum(folder: Folder) -> None:
     edit_vertices(folder.root, folder.model(), on, sums=False)
 
 
+def format_left_out(folder: Folder) -> None:
+    edit(folder.root / "manifest.json", lambda data: data["formats"].remove("kitti"))
+
+
 def no_number(folder: Folder) -> None:
     view, index = folder.target()
     edit(

@@ -109,6 +109,7 @@ FAULTS = (
     Fault("record of another seed", lists.record_of_another_seed, "scene records", "the manifest says scene"),
     Fault("records of two scenes exchanged", lists.records_exchanged, "bop tables", "the camera is not where"),
     Fault("stale checksum", lists.stale_checksum, "bop models", "is not the file that SHA256SUMS lists"),
+    Fault("format not in the manifest", lists.format_left_out, "manifest", "lack kitti, whose folder is there"),
     Fault("NaN in a table", lists.no_number, "bop tables", "NaN is no JSON number"),
     Fault("split counted wrong", lists.split_counted_wrong, "manifest", "split_table: test: targets is 1"),
 )

@@ -70,6 +70,9 @@ def test_validate_misses_a_surface_and_finds_one_of_another_size(root: Path) -> 
         other = trimesh.creation.box((2000.0, 100.0, 100.0))
         write_ply(path, TriangleMesh(np.asarray(other.vertices, float), np.asarray(other.faces, np.int32)))
         assert "stands out of its object's box by" in failed(root)
+        other = trimesh.creation.box((1000.0, 100.0, 100.0))
+        write_ply(path, TriangleMesh(np.asarray(other.vertices, float), np.asarray(other.faces, np.int32)))
+        assert "is not the file that SHA256SUMS lists" in failed(root)
     finally:
         path.write_bytes(kept)
 

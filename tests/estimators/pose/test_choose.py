@@ -32,6 +32,12 @@ def select(
     return select_poses(candidates, Symmetries.of([group]), np.array([1.4]), method)[0]
 
 
+@pytest.mark.parametrize("method", AVERAGES)
+def test_without_any_confidence_all_count_the_same(method: Selection) -> None:
+    chosen = select([np.eye(3), np.eye(3)], np.zeros(2), method, ALONE, np.array([[0.0, 0.0, 4.0], [0.01, 0.0, 4.0]]))
+    assert np.allclose(chosen[:3, 3], [0.005, 0.0, 4.0])
+
+
 @pytest.mark.parametrize("method", ["argmax", *AVERAGES])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 3.0, np.pi])
 def test_equal_poses_average_to_themselves(method: Selection, angle: float) -> None:

@@ -110,7 +110,7 @@ def calls(data: str, gt: str) -> dict[str, tuple[Callable[[], Callable[..., Any]
         "Observation.draw": (lambda: ws.Dataset(data)[0].draw, {"path": out}),
         "validate": (lambda: _validated, {"data": ("in", data), "progress": progress}),
         "convert": (lambda: ws.convert, {
-            "data": ("in", data), "out": ("out", "made"), "formats": ("name", "yolo"), "resume": ("flag", False),
+            "data": ("in", data), "out": ("out", "made"), "formats": ("name", "linemod"), "resume": ("flag", False),
             "progress": progress}),
         "predict": (lambda: ws.predict, {
             "estimator": estimator, "data": ("in", data), "out": out, "split": a_split, "pictures": out,
@@ -143,7 +143,7 @@ def calls(data: str, gt: str) -> dict[str, tuple[Callable[[], Callable[..., Any]
         "load_estimator": (lambda: ws.load_estimator, {
             "name": estimator, "seed": ("seed", 0), "threads": ("count?", 1)}),
         "recipe": (lambda: ws.recipe, {
-            "name_or_path": ("in", str(RACK)), "sensors": ("name?", "kitti"), "light": ("name?", "night"),
+            "name_or_path": ("in", str(RACK)), "sensors": ("name?", "kitti"), "light": ("mapping?", "night"),
             "visible": ("in?", (0.2, 0.8)), "views": ("count?", 2), "scenes": ("count?", 2),
             "targets": ("names?", ["pallet"]), "settings": ("mapping?", {})}),
         "Recipe": (lambda: ws.Recipe, {"name_or_path": ("in", str(RACK)), "changes": ("mapping?", {})}),
@@ -207,7 +207,7 @@ def cases(stock: Stock) -> Iterator[Case]:
 def _case(place: tuple[str, str], name: str, key: str, mutation: str, expect: Expectation) -> Case:
     value = VALUES[mutation]() if mutation in VALUES else ""
     shown = "(4, 4)" if isinstance(value, np.ndarray) else repr(str(value))[1:-1][:20] or "''"
-    names = (*key.split(","), name.partition(".")[0], shown)
+    names = (*key.split(","), name.partition(".")[0], shown, "'seven'" if mutation == "['seven', 7]" else "")
     step = partial(call, place, name, key, mutation)
     return Case("call", f"{name}:{key}", mutation, (step,), _write_places, expect, None, names)
 

@@ -12,7 +12,7 @@ import yaml
 
 import warehouse_sim as ws
 from tests.hostile.case import Case, Check, Expectation, Outcome, Step, one_of
-from tests.hostile.mutants import Mutant, leaves, mutants, mutated_bytes, mutated_leaf, mutated_text
+from tests.hostile.mutants import OF_A_DISTRIBUTION, Mutant, leaves, mutants, mutated_bytes, mutated_leaf, mutated_text
 from tests.hostile.sane import dataset_problem, image_problem
 from tests.hostile.stock import BASES, CRATE, RACK, Stock
 
@@ -58,7 +58,9 @@ def _recipe_case(base: str, mutant: Mutant) -> Case:
     expect = mutant.expect
     if reader == "settings" and mutant.path and mutant.mutation not in ("digits_5001", "duplicated"):
         step = partial(with_settings, BASES / f"{base}.yaml", mutant.make)
-        expect = "accept" if mutant.mutation == "deleted" else expect  # what is not given stays
+        if mutant.mutation == "deleted":  # what is not given stays, but a list or a distribution must be whole
+            last = mutant.path[-1]
+            expect = "either" if isinstance(last, int) or last in OF_A_DISTRIBUTION else "accept"
     kind = "call recipe" if callable(step) else "recipe"
     write = partial(_write, {}, {"mutant.yaml": mutant})
     return Case(kind, f"{base}:{mutant.where}", mutant.mutation, (step,), write, expect, check, names)

@@ -116,6 +116,7 @@ GOOD = {"width": 640, "height": 480, "K": MATRIX, "D": COEFFICIENTS}
     [
         ({"D": [*COEFFICIENTS, 0.3, 0.1, 0.2]}, ["8 coefficients", "k1 k2 p1 p2 k3", "plumb_bob"]),
         ({"distortion_model": "thin_prism"}, ["'thin_prism'", "plumb_bob", "equidistant"]),
+        ({"distortion_model": ""}, ["an empty distortion_model", "plumb_bob"]),
         ({"distortion_model": "equidistant"}, ["fisheye has 4 coefficients", "found 5"]),
         ({"D": [1.0, 2.0]}, ["D must have 4 or 5", "found 2"]),
         ({"K": [525.3, 0.7, 319.2, 0.0, 526.9, 241.7, 0.0, 0.0, 1.0]}, ["K", "skew of 0.7", "without one"]),

@@ -66,6 +66,8 @@ def _known_formats(findings: Findings, subject: Subject) -> None:
             f"{where}: unknown dataset format {shown(name)}; known: {', '.join(known)}; "
             "install the package that adds it",
         )
+    for name in sorted(set(known) - set(formats)):
+        findings.require(not (subject.root / name).exists(), f"{where}: lack {name}, whose folder is there")
 
 
 def _own_targets(findings: Findings, subject: Subject) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.checksums import CHECKSUMS, file_sum, read_checksums
 from warehouse_sim.dataset.object_gt import geometry_problems
 from warehouse_sim.dataset.stored.readings import read_reading
 from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_damaged_mesh
@@ -16,7 +17,7 @@ _MOST_OUT = 0.03
 
 def damaged_surfaces(subject: Subject) -> Findings:
     """Every damaged object that labels name has its surface, within the box that its pose is of."""
-    findings = Findings()
+    findings, listed = Findings(), read_checksums(subject.root)
     for _, scene in subject.scenes():
         for item in subject.record(scene).objects:
             if not item.is_damaged or item.obj_id not in subject.objects:
@@ -26,6 +27,8 @@ def damaged_surfaces(subject: Subject) -> Findings:
             findings.count += 1
             if mesh is None:
                 continue
+            made_with = listed.get(path.relative_to(subject.root).as_posix())
+            findings.require(made_with in (None, file_sum(path)), f"{path}: is not the file that {CHECKSUMS} lists")
             out = float((np.abs(mesh.vertices).max(axis=0) - subject.info(item.obj_id).size / 2).max())
             findings.require(out <= _MOST_OUT, f"{path}: stands out of its object's box by {out:.3f} m")
     findings.examined = f"{findings.count} surfaces of damaged objects"

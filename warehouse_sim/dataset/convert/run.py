@@ -104,7 +104,7 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
         )
     for name in formats:
         if reader.manifest is not None and name in reader.manifest.formats:
-            raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out of --to")
+            raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out")
         if needs_level_camera(dataset_format(name)) and contents is not None and contents.tilted_viewpoints:
             raise DatasetError(
                 f"{reader.root}: its camera is tilted, and images of a level one are rendered, not converted; "

@@ -51,6 +51,24 @@ def sealed_files(root: Path) -> list[str]:
     return sorted(path.relative_to(root).as_posix() for path in found if path.is_file())
 
 
+def read_checksums(folder: Path) -> dict[str, str]:
+    """Return the checksums of a folder's files by their names; none where it has no list.
+
+    Raises:
+        DatasetError: The list cannot be read.
+    """
+    path = folder / CHECKSUMS
+    if not path.exists():
+        return {}
+    try:
+        rows = (line.partition("  ") for line in path.read_text(encoding="utf-8").split("\n") if line)
+        return {name: found for found, _, name in rows}
+    except OSError as problem:
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror})") from problem
+    except UnicodeDecodeError as problem:
+        raise DatasetError(f"{path}: holds something else than text ({problem.reason})") from problem
+
+
 def broken_seals(root: Path, list_sum: str) -> Iterator[str]:
     """Yield a line for each file of a dataset that is not the one that was sealed.
 
@@ -64,8 +82,7 @@ def broken_seals(root: Path, list_sum: str) -> Iterator[str]:
     path = root / CHECKSUMS
     if not path.is_file() or file_sum(path) != list_sum:
         raise DatasetError(f"{path}: is not the list that manifest.json names; copy or generate the dataset again")
-    rows = (line.partition("  ") for line in path.read_bytes().decode("utf-8", "replace").split("\n") if line)
-    listed = {name: found for found, _, name in rows}
+    listed = read_checksums(root)
     there = set(sealed_files(root))
     for name in sorted(there | listed.keys()):
         if name not in there:
@@ -82,15 +99,6 @@ def require_checksum(path: Path) -> None:
     Raises:
         DatasetError: The file was changed, is not listed, or cannot be read.
     """
-    sums = path.parent / CHECKSUMS
-    if not sums.exists():
-        return
-    try:
-        rows = [line.split("  ") for line in sums.read_text(encoding="ascii").splitlines()]
-        found = file_sum(path)
-    except OSError as problem:
-        raise DatasetError(f"{problem.filename}: cannot be read ({problem.strerror})") from problem
-    except UnicodeDecodeError as problem:
-        raise DatasetError(f"{sums}: holds something else than ASCII text ({problem.reason})") from problem
-    if [found, path.name] not in rows:
+    listed = read_checksums(path.parent)
+    if listed and file_sum(path) != listed.get(path.name):
         raise DatasetError(f"{path}: is not the file that {CHECKSUMS} lists; copy or generate the dataset again")

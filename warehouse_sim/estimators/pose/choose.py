@@ -80,7 +80,9 @@ def select_poses(
         chosen = _agreeing(aligned, best, diameters)
     else:
         chosen = np.ones(aligned.confidence.shape, dtype=bool)
-    return average_poses(aligned, np.where(chosen, aligned.confidence, 0.0))
+    weights = np.where(chosen, aligned.confidence, 0.0)
+    # A network that has not learned can give all of them a confidence that is too small for a float.
+    return average_poses(aligned, np.where(weights.sum(axis=1, keepdims=True) > 0.0, weights, chosen))
 
 
 def align_to(best: Sequence[int], candidates: Candidates, symmetries: Symmetries) -> Candidates:

@@ -105,10 +105,7 @@ def _read_evaluation(path: Path, datasets: dict[str, DatasetReader]) -> Evaluati
 def _read_run(path: Path) -> RunSource:
     try:
         config = read_yaml(path / _RUN_CONFIG)
-        with (path / _RUN_CURVES).open(encoding="utf-8", newline="") as file:
-            table = csv.DictReader(file)
-            curves = [{key: float(cell) for key, cell in row.items() if cell} for row in table]
-            names = table.fieldnames
+        curves = _read_curves(path / _RUN_CURVES)
         result_file = path / _RUN_RESULT
         text = result_file.read_text(encoding="utf-8") if result_file.exists() else "{}"
         result = json.loads(text, parse_constant=_reject_constant)
@@ -116,9 +113,22 @@ def _read_run(path: Path) -> RunSource:
         raise EvaluationError(f"{path}: the run cannot be read ({' '.join(str(problem).split())})") from problem
     if not isinstance(config, dict):
         raise EvaluationError(f"{path / _RUN_CONFIG}: expected a mapping of settings")
-    if not names:
-        raise EvaluationError(f"{path / _RUN_CURVES}: is empty; go on with the run by train --resume")
+    if not isinstance(result, dict):
+        raise EvaluationError(f"{path / _RUN_RESULT}: expected a mapping; go on with the run by train --resume")
     return RunSource(path.name, config, curves, result)
+
+
+def _read_curves(path: Path) -> list[dict[str, float]]:
+    """Return the rows of a table of numbers; empty cells are left out.
+
+    Raises:
+        ValueError: It is no whole table.
+    """
+    text = path.read_text(encoding="utf-8")
+    names, *rows = csv.reader(text.splitlines()) if text else ([],)
+    if not (names and text.endswith("\n") and all(map(str.isidentifier, names))):
+        raise ValueError(f"{path.name} is empty or cut; go on with the run by train --resume")
+    return [{name: float(cell) for name, cell in zip(names, row, strict=True) if cell} for row in rows]
 
 
 def _reject_constant(constant: str) -> None:

@@ -124,7 +124,10 @@ def _lens(data: Mapping[str, Any], where: str) -> dict[str, Any]:
     if not named:
         return {}
     values = list(_finite(_flat(data[named[0]]), f"{where}: {named[0]}"))
-    model = str(_first(data, ("distortion_model", "camera_model", "model")) or "").lower()
+    stated = _first(data, ("distortion_model", "camera_model", "model"))
+    if any(values) and stated == "":
+        raise ConfigError(f"{where}: has coefficients of a lens and an empty distortion_model; name it (plumb_bob)")
+    model = str(stated or "").lower()
     is_fisheye = named[0] == "fisheye" or model in _FISHEYES or bool(data.get("fisheye_model"))
     if is_fisheye:
         if len(values) != 4:

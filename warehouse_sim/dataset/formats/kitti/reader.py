@@ -125,11 +125,14 @@ def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size
         size_wh: Width and height of the images (px), which the file does not hold.
 
     Raises:
-        DatasetError: P2 is that of no camera.
+        DatasetError: P2 or the lens is that of no camera.
     """
     (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
     lines = [matrices[f"{kind}_02"] for kind in _LENS_KINDS if f"{kind}_02" in matrices]
-    distortion = lens_of(lines[0][0].tolist()) if lines else None
+    try:
+        distortion = lens_of(lines[0][0].tolist()) if lines else None
+    except ValueError as problem:
+        raise DatasetError(f"the lens of a calib file: {problem}") from problem
     if min(fx, fy) <= 0.0:
         raise DatasetError(f"P2 of a calib file must have focal lengths above 0, found {fx} and {fy}")
     return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
