@@ -27,10 +27,10 @@ def damaged_surfaces(subject: Subject) -> Findings:
             findings.count += 1
             if mesh is None:
                 continue
-            made_with = listed.get(path.relative_to(subject.root).as_posix())
-            findings.require(made_with in (None, file_sum(path)), f"{path}: is not the file that {CHECKSUMS} lists")
             out = float((np.abs(mesh.vertices).max(axis=0) - subject.info(item.obj_id).size / 2).max())
             findings.require(out <= _MOST_OUT, f"{path}: stands out of its object's box by {out:.3f} m")
+            made_with = listed.get(path.relative_to(subject.root).as_posix())
+            findings.require(made_with in (None, file_sum(path)), f"{path}: is not the file that {CHECKSUMS} lists")
     findings.examined = f"{findings.count} surfaces of damaged objects"
     return findings
 
