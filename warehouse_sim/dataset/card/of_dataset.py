@@ -7,10 +7,10 @@ from typing import Any
 
 import yaml
 
+from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card.tally import Tally
 from warehouse_sim.dataset.card.text import Card, measure
 from warehouse_sim.dataset.card.thumbnails import SHEET
-from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS
@@ -146,7 +146,7 @@ def dataset_card(root: Path, manifest: Manifest, tally: Tally, has_sheet: bool) 
 def write_recipe(path: Path, manifest: Manifest) -> None:
     """Store the resolved recipe as a file that ``generate`` takes, whatever becomes of the one it was read from."""
     make_folder(path.parent)
-    write_bytes(path, yaml.safe_dump(plain(manifest.recipe), sort_keys=False, width=110).encode("utf-8"))
+    write_bytes(path, yaml.safe_dump(to_mapping(manifest.recipe), sort_keys=False, width=110).encode("utf-8"))
 
 
 def _facts(manifest: Manifest, tally: Tally) -> dict[str, str]:

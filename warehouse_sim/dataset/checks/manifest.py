@@ -4,11 +4,11 @@ from dataclasses import fields
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.plain import shown, take
+from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.formats import FORMATS
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 
 _NOT_IN_RECIPE = ("plugins", "readings", "levelled", "view_angle_deg")
 """Contents that are known later than the recipe, or with the catalog."""

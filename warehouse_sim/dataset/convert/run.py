@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from warehouse_sim.dataset.card.text import DATA, OWNERS
 from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
@@ -26,19 +26,6 @@ from warehouse_sim.schema import ObjectModel
 
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of finished scenes and of all scenes."""
-
-
-class _Source(Protocol):
-    """A dataset on its way into other formats."""
-
-    manifest: Manifest
-    """Of what is made."""
-
-    def write(self, store: DatasetStore, index: int, models: dict[int, ObjectModel]) -> None:
-        """Hand one scene to the store."""
-
-    def begun(self, root: Path) -> None:
-        """Add what the folder holds beside scenes and formats."""
 
 
 def convert(
@@ -71,7 +58,9 @@ def convert(
     _reject(reader, formats)
     if Path(os.path.realpath(source)).is_relative_to(os.path.realpath(out)):
         raise DatasetError(f"{out}: holds the dataset that is read; choose a folder beside it")
-    origin: _Source = _Theirs(reader, formats) if reader.manifest is None else _Ours(reader, reader.manifest, formats)
+    origin: _Theirs | _Ours = (
+        _Theirs(reader, formats) if reader.manifest is None else _Ours(reader, reader.manifest, formats)
+    )
     models = {number: stored_model(info) for number, info in reader.objects.items()}
     store = DatasetStore(out, origin.manifest)
     with one_writer(out):

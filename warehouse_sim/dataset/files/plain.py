@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye, Lens, lens_of
 from warehouse_sim.geometry.pose import Transform
@@ -44,18 +44,6 @@ def read_lens(data: dict[str, Any], where: str, prefix: str = "") -> Lens | None
 T = TypeVar("T")
 
 
-def plain(data: Any) -> Any:
-    """Return ``data`` with arrays as nested lists and numpy scalars as Python numbers, without losing a digit."""
-    if isinstance(data, dict):
-        return {key: plain(value) for key, value in data.items()}
-    if isinstance(data, (list, tuple)):
-        return [plain(value) for value in data]
-    if isinstance(data, np.ndarray):
-        # Adding zero turns -0.0 into 0.0 and changes nothing else.
-        return (data + 0.0 if data.dtype.kind == "f" else data).tolist()
-    return data.item() if isinstance(data, np.generic) else data
-
-
 @dataclass(frozen=True)
 class Span:
     """A range of numbers, both ends included."""
@@ -82,8 +70,9 @@ PLACES = Span(-1e6, 1e6)
 PIXELS = Span(1, 65_535)
 """Edges of an image (px)."""
 
+_LARGEST_SKEW = 1e-2
+"""How far a rounded rotation may be from one."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.~+-]{0,99}")
-_SHOWN = 80
 
 
 def take(data: Any, key: str, kind: type[T], where: str, span: Span | None = None) -> T:
@@ -161,12 +150,6 @@ def take_name(data: Any, key: str, where: str) -> str:
     return name
 
 
-def shown(value: Any) -> str:
-    """Return a value as an error shows it: in one line, cut where it is long."""
-    text = repr(value)
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-
-
 def read_transform(data: Any, where: str) -> Transform:
     """Read a 4x4 rigid transform.
 
@@ -183,6 +166,19 @@ def read_transform(data: Any, where: str) -> Transform:
     if not all(value in PLACES for value in T_a_b[:3, 3]):
         raise DatasetError(f"{where}: must lead {PLACES} m along each axis, found {T_a_b[:3, 3].tolist()}")
     return T_a_b
+
+
+def nearest_rotation(R: Float[np.ndarray, "3 3"], where: str) -> Float[np.ndarray, "3 3"]:
+    """Return the rotation next to one whose numbers were rounded, as others do.
+
+    Raises:
+        DatasetError: It is far from any rotation.
+    """
+    U, _, Vt = np.linalg.svd(np.clip(R, -2.0, 2.0))
+    nearest: Float[np.ndarray, "3 3"] = U @ Vt
+    if np.linalg.det(nearest) < 0 or np.abs(nearest - R).max() > _LARGEST_SKEW:
+        raise DatasetError(f"{where} is not a rotation: {shown(R.ravel().tolist())}")
+    return nearest
 
 
 def is_rigid(T_a_b: Transform, tolerance: float = 1e-6) -> bool:

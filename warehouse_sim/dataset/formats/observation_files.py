@@ -42,6 +42,8 @@ def require_depth_fits(contents: Contents, steps_per_metre: float, name: str) ->
             )
 
 
+VISIBLE_ENOUGH = 0.1
+"""Visible fraction from which BOP requires a target; what shows less is a region to ignore, in COCO too."""
 MILLIMETRES = 1000.0
 """Steps of a metre in depth images of millimetres."""
 
@@ -71,6 +73,13 @@ class LabelledTarget:
     mask: Bool[np.ndarray, "h w"]
     """The part of the whole amodal mask that lies in the image."""
     mask_visible: Bool[np.ndarray, "h w"]
+
+    @property
+    def box_visible_xyxy(self) -> tuple[int, int, int, int]:
+        """The box of the visible pixels; every labelled target has some."""
+        box = self.annotation.box_visible_xyxy
+        assert box is not None
+        return box
 
     @cached_property
     def mask_png(self) -> SharedFile:
@@ -147,6 +156,17 @@ class ObservationFiles:
             for annotation in self.observation.annotations
             if annotation.pixels_visible > 0
         )
+
+
+def box_xywh(box_xyxy: tuple[float, float, float, float], extra: int) -> list[float]:
+    """Return left, top, width and height (px) of inclusive corners; whole numbers stay whole.
+
+    Args:
+        box_xyxy: The corners.
+        extra: What width and height count beyond the difference of corners: 1 in COCO, 0 in BOP.
+    """
+    left, top, right, bottom = (int(value) if float(value).is_integer() else float(value) for value in box_xyxy)
+    return [left, top, right - left + extra, bottom - top + extra]
 
 
 def visible_mask(annotation: ObjectAnnotation, ids: Int32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:

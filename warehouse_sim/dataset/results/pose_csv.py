@@ -18,7 +18,7 @@ from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import PoseEstimate
 
 _TOLERANCE = 1e-2
-"""How far rotations may be from orthonormal, as in files."""
+"""How far rotations may be from orthonormal: files from elsewhere may hold few digits."""
 _LARGEST, _LARGEST_WHOLE = sys.float_info.max, 10**18
 FARTHEST_ERROR = 1e6
 """No error of a pose is larger (m)."""
@@ -89,8 +89,6 @@ def _is_array(value: Any, shape: tuple[int, int]) -> bool:
 
 
 _HEADER = "scene_id,im_id,obj_id,score,R,t,time"
-# A file from elsewhere may hold rotations of few digits.
-_ROTATION_TOLERANCE = 1e-2
 # In characters; a row with all digits of its numbers has about 350. What is no CSV may have no line end at all.
 _LONGEST_LINE = 4096
 _FARTHEST_MM = 1e7
@@ -132,7 +130,7 @@ def read(path: Path) -> list[PoseEstimate]:
 def _read_rows(file: TextIO, path: Path) -> list[PoseEstimate]:
     header = file.readline(_LONGEST_LINE).rstrip("\n")
     if header.strip() != _HEADER:
-        raise DatasetError(f"{path}:1: the header must be {_HEADER!r}, found {_shown(header) or '(nothing)'!r}")
+        raise DatasetError(f"{path}:1: the header must be {_HEADER!r}, found {shown(header)}")
     rows: dict[tuple[int, int, int, float, bytes, float], int] = {}
     estimates = []
     for number, row in _parsed(_numbered(file, path), path):
@@ -210,9 +208,9 @@ def _sound(T_camera_object: Transforms) -> Bool[np.ndarray, " n"]:
     near = np.abs(T_camera_object[:, :3, 3]).max(axis=1, initial=0.0) <= _FARTHEST_MM / 1000.0
     R = T_camera_object[:, :3, :3]
     # The entries first: those of a rotation are at most 1, and products of large ones would overflow.
-    small = np.abs(R).max(axis=(1, 2), initial=0.0) <= 1.0 + _ROTATION_TOLERANCE
+    small = np.abs(R).max(axis=(1, 2), initial=0.0) <= 1.0 + _TOLERANCE
     R = np.where(small[:, None, None], R, 0.0)
-    square = np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0) <= _ROTATION_TOLERANCE
+    square = np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0) <= _TOLERANCE
     return near & small & square & (np.linalg.det(R) > 0.0)
 
 
@@ -220,15 +218,15 @@ def _problem(line: str, where: str) -> DatasetError:
     """Return what is wrong with the pose of a line."""
     _, _, numbers, _ = _words(line, where)
     if np.abs(numbers[9:]).max() > _FARTHEST_MM:
-        found = _shown(line.strip().split(",")[5])
-        return DatasetError(f"{where}: t is in millimetres and ends at {_FARTHEST_MM:g}, found {found!r}")
+        found = shown(line.strip().split(",")[5])
+        return DatasetError(f"{where}: t is in millimetres and ends at {_FARTHEST_MM:g}, found {found}")
     return DatasetError(f"{where}: R must be a rotation, found {numbers[:9]}")
 
 
 def _whole(cell: str, where: str) -> int:
     digits = cell.strip()
     if not (digits.isascii() and digits.isdigit() and len(digits) <= 18):
-        raise DatasetError(f"{where}: scene_id, im_id and obj_id are whole numbers, found {_shown(cell)!r}")
+        raise DatasetError(f"{where}: scene_id, im_id and obj_id are whole numbers, found {shown(cell)}")
     return int(digits)
 
 
@@ -236,17 +234,13 @@ def _numbers(cell: str, count: int, name: str, where: str) -> list[float]:
     try:
         numbers = [decimal(word) for word in cell.split()]
     except ValueError:
-        raise DatasetError(f"{where}: {name} holds something else than numbers: {_shown(cell)!r}") from None
+        raise DatasetError(f"{where}: {name} holds something else than numbers: {shown(cell)}") from None
     if len(numbers) != count:
         wanted = "one number" if count == 1 else f"{count} numbers separated by spaces"
         raise DatasetError(f"{where}: {name} needs {wanted}, found {len(numbers)}")
     if not all(map(isfinite, numbers)):
-        raise DatasetError(f"{where}: {name} must be finite, found {_shown(cell)!r}")
+        raise DatasetError(f"{where}: {name} must be finite, found {shown(cell)}")
     return numbers
-
-
-def _shown(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _require_one_time(rows: list[PoseEstimate], where: str) -> None:

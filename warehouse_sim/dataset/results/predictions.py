@@ -5,7 +5,6 @@ expects of each row, and the estimates that it rejected, which no row has: who r
 ``NAME.faces.json`` has the faces of the estimates that have any.
 """
 
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.files.checksums import file_sum
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import WHOLE, Span, is_rigid, take, take_if_given, take_numbers
 from warehouse_sim.dataset.results import pose_csv
@@ -52,7 +52,7 @@ def write_faces(poses: Path, estimates: Sequence[PoseEstimate]) -> Path | None:
     if not rows:
         path.unlink(missing_ok=True)
         return None
-    text = json.dumps({"poses": poses.name, "sha256": _digest(poses), "faces": rows}, indent=1)
+    text = json.dumps({"poses": poses.name, "sha256": file_sum(poses), "faces": rows}, indent=1)
     write_bytes(path, (text + "\n").encode("ascii"), durable=True)
     return path
 
@@ -72,7 +72,7 @@ def attach_faces(poses: Path, estimates: Sequence[PoseEstimate]) -> list[PoseEst
         placed = [(int(row["row"]), _face(row, f"{path}: faces[{i}]")) for i, row in enumerate(rows)]
     except (OSError, ValueError, KeyError, TypeError) as problem:
         raise DatasetError(f"{path}: is no file of faces ({problem!r}); predict again, or remove it") from problem
-    if digest != _digest(poses):
+    if digest != file_sum(poses):
         raise DatasetError(f"{path}: belongs to other predictions than {poses}; predict again, or remove it")
     found = list(estimates)
     for index, face in placed:
@@ -80,10 +80,6 @@ def attach_faces(poses: Path, estimates: Sequence[PoseEstimate]) -> list[PoseEst
             raise DatasetError(f"{path}: row {index} is not in {poses}, which has {len(found)} rows; predict again")
         found[index] = replace(found[index], face=face)
     return found
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _row(index: int, item: PoseEstimate) -> dict[str, Any]:
@@ -151,7 +147,7 @@ def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
         return
     data = {
         "format": _FORMAT,
-        "csv_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "csv_sha256": file_sum(path),
         "covariance": {
             "order": _ORDER,
             "units": "m, rad",
@@ -199,11 +195,7 @@ def _checked(beside: Path, path: Path) -> Any:
     found = data.get("format") if isinstance(data, dict) else None
     if found != _FORMAT:
         raise DatasetError(f"{beside}: is of format {found}, not {_FORMAT}; predict again, or remove it")
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem})") from problem
-    if take(data, "csv_sha256", str, str(beside)) != digest:
+    if take(data, "csv_sha256", str, str(beside)) != file_sum(path):
         raise DatasetError(
             f"{beside}: belongs to another {path.name} than the one beside it; remove it to go on without"
         )

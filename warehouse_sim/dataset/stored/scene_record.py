@@ -10,7 +10,6 @@ from typing import Any
 
 from warehouse_sim.dataset.card.tally import Tally, TallyRecord
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.files.ply import read_ply, write_ply
 from warehouse_sim.dataset.files.record import Name, Record, Rigid, Whole
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -18,6 +17,7 @@ from warehouse_sim.dataset.objects import FACES
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.contents import ReadingContents
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation, light_row
+from warehouse_sim.errors import shown
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.output import make_folder

@@ -18,6 +18,7 @@ from warehouse_sim.render.painted_mesh import corner_tiles
 from warehouse_sim.schema import LuminousFace, Material, ObjectInstance, ObjectModel, Part, Pocket, SceneSpec
 
 GEOMETRY, COLLIDERS = "Geometry", "Colliders"
+_LUMINOUS = ("source", "material", "catalog_material", "inward", "distance", "area")
 TAXONOMY = "class"
 """Of semantic labels: what Isaac Sim's annotators require first."""
 
@@ -112,40 +113,26 @@ class ModelClasses:
 
 
 def _keep_model(prim: Any, model: ObjectModel) -> None:
-    symmetry, face = model.symmetry.transforms, model.luminous_face
-    keep(prim, {"model": model.name, "class_name": model.class_name, "obj_id": model.obj_id, "size": model.size})
+    symmetry, face, pockets = model.symmetry.transforms, model.luminous_face, model.pockets
+    luminous = {} if face is None else {name: getattr(face, name) for name in _LUMINOUS}
     keep(
         prim,
         {
+            "model": model.name,
+            "class_name": model.class_name,
+            "obj_id": model.obj_id,
+            "size": model.size,
             "mass": model.mass,
             "make": model.make or None,
             "bears": model.bears,
-            "own_materials": [m.name for m in model.materials],
+            "own_materials": [item.name for item in model.materials],
+            "symmetry": symmetry if len(symmetry) > 1 else None,
+            "pocket_faces": [item.face for item in pockets] or None,
+            "pocket_poses": np.stack([item.T_object_pocket for item in pockets]) if pockets else None,
+            "pocket_sizes": np.stack([item.size for item in pockets]) if pockets else None,
+            **{f"luminous_{name}": value for name, value in luminous.items()},
         },
     )
-    if len(symmetry) > 1:
-        keep(prim, {"symmetry": symmetry})
-    if model.pockets:
-        keep(
-            prim,
-            {
-                "pocket_faces": [item.face for item in model.pockets],
-                "pocket_poses": np.stack([item.T_object_pocket for item in model.pockets]),
-                "pocket_sizes": np.stack([item.size for item in model.pockets]),
-            },
-        )
-    if face is not None:
-        keep(
-            prim,
-            {
-                "luminous_source": face.source,
-                "luminous_material": face.material,
-                "luminous_catalog_material": face.catalog_material,
-                "luminous_inward": face.inward,
-                "luminous_distance": face.distance,
-                "luminous_area": face.area,
-            },
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from warehouse_sim.dataset.files.plain import FRACTIONS, PLACES, WHOLE, Span, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import (
+    FRACTIONS,
+    PLACES,
+    WHOLE,
+    Span,
+    nearest_rotation,
+    take,
+    take_if_given,
+    take_numbers,
+)
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
 from warehouse_sim.dataset.formats.reader_base import Box
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
@@ -36,8 +45,6 @@ log = logging.getLogger(__name__)
 
 MaskReader = Callable[[str, int], Bool[np.ndarray, "h w"] | None]
 """Takes "mask" or "mask_visib" and the index of a label; None where there is no such mask."""
-_LARGEST_SKEW = 1e-2
-"""How far a stored rotation may be from one: others round their numbers."""
 _PLACES_MM = Span(1000.0 * PLACES.low, 1000.0 * PLACES.high)
 _NOWHERE: Box = (-1.0, -1.0, -2.0, -2.0)
 """What bop_toolkit's box of no pixel, [-1, -1, -1, -1], is as corners."""
@@ -157,8 +164,6 @@ def read_rounded_pose(data: Any, rotation: str, translation: str, where: str) ->
         DatasetError: It is missing, or far from any rotation.
     """
     R = take_numbers(data, rotation, 9, where).reshape(3, 3)
-    U, _, Vt = np.linalg.svd(np.clip(R, -2.0, 2.0))
-    nearest = U @ Vt
-    if np.linalg.det(nearest) < 0 or np.abs(nearest - R).max() > _LARGEST_SKEW:
-        raise DatasetError(f"{where}: {rotation} is not a rotation: {R.ravel().tolist()}")
-    return make_transform(nearest, take_numbers(data, translation, 3, where, _PLACES_MM) / 1000.0)
+    return make_transform(
+        nearest_rotation(R, f"{where}: {rotation}"), take_numbers(data, translation, 3, where, _PLACES_MM) / 1000.0
+    )

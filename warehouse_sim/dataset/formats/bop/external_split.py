@@ -1,7 +1,6 @@
 """The images and labels of one split of a third-party BOP folder, scene by scene or image by image."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -45,9 +44,7 @@ class ScenewiseSplit:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self._scenes = {
-            int(path.name): ExternalScene(path, int(path.name)) for path in filter(is_scene, root.iterdir())
-        }
+        self._scenes = {int(path.name): path for path in filter(is_scene, root.iterdir())}
 
     @property
     def scene_ids(self) -> tuple[int, ...]:
@@ -58,95 +55,73 @@ class ScenewiseSplit:
         """Return all images; labels of objects that are not ``known`` are left out.
 
         Raises:
-            DatasetError: A table is missing or malformed.
+            DatasetError: A table is malformed, or neither it nor a mask says where a target is in its image.
         """
-        return [image for number in self.scene_ids for image in self._scenes[number].images(split, known)]
+        return [image for number in self.scene_ids for image in self._of_scene(split, number, known)]
 
     def files(self) -> list[Path]:
         """Return all files, sorted."""
-        return [path for number in self.scene_ids for path in sorted(self._scenes[number].root.rglob("*"))]
+        return [path for number in self.scene_ids for path in sorted(self._scenes[number].rglob("*"))]
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image; a grey one has three equal channels."""
-        return decode_any_rgb(self._scenes[image.scene_id].image_file(image.image_id))
+        return decode_any_rgb(self._colour(image.scene_id, image.image_id))
 
     def rgb_file(self, image: ImageRecord) -> Path | None:
         """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
-        path = self._scenes[image.scene_id].image_file(image.image_id)
+        path = self._colour(image.scene_id, image.image_id)
         return path if is_rgb_png(path) else None
 
     def steps(self, image: ImageRecord) -> np.ndarray:
         """Read the depth image in its own steps, 0 = no reading."""
-        return decode_any_depth(self._scenes[image.scene_id].file("depth", image.image_id))
+        return decode_any_depth(self._file(image.scene_id, "depth", image.image_id))
 
     def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
         """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
-        return self._scenes[image.scene_id].mask(image.image_id, kind, gt_index)
+        return self._mask(image.scene_id, image.image_id, kind, gt_index)
 
-
-@dataclass(frozen=True)
-class ExternalScene:
-    """Paths and tables of a scene."""
-
-    root: Path
-    scene_id: int
-
-    def file(self, kind: str, image_id: int) -> Path:
-        """Return the file of an image, whatever it ends with.
-
-        Raises:
-            DatasetError: There is none.
-        """
-        found = sorted((self.root / kind).glob(f"{image_id:06d}.*"))
-        if not found:
-            raise DatasetError(f"{self.root / kind}: there is no image {image_id}; training and scoring need it")
-        return found[0]
-
-    def image_file(self, image_id: int) -> Path:
-        """Return the file of the colour or grey image.
-
-        Raises:
-            DatasetError: There is none.
-        """
-        kind = next((name for name in _IMAGES if (self.root / name).is_dir()), _IMAGES[0])
-        return self.file(kind, image_id)
-
-    def mask(self, image_id: int, kind: str, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
-        """Read a mask, if there is one."""
-        path = next(iter(sorted((self.root / kind).glob(f"{image_id:06d}_{gt_index:06d}.*"))), None)
-        return None if path is None else decode_any_mask(path)
-
-    def images(self, split: str, known: Collection[int]) -> list[ImageRecord]:
-        """Read the tables; images without labels have no targets.
-
-        Raises:
-            DatasetError: A table is malformed, or neither it nor a mask says where a target is in its image.
-        """
-        cameras = read_table(self._table("camera"))
-        poses, infos = (
-            read_table(self._table(name)) if self._table(name).is_file() else {} for name in ("gt", "gt_info")
-        )
-        size_wh = image_size_wh(self.image_file(min(cameras))) if cameras else (1, 1)
+    def _of_scene(self, split: str, scene_id: int, known: Collection[int]) -> list[ImageRecord]:
+        """Read the tables of a scene; images without labels have no targets."""
+        path = {name: self._scenes[scene_id] / TABLE.format(name) for name in ("camera", "gt", "gt_info")}
+        cameras, poses, infos = (read_table(file) if file.is_file() else {} for file in path.values())
+        size_wh = image_size_wh(self._colour(scene_id, min(cameras))) if cameras else (1, 1)
         return [
             external_image(
                 split,
-                (self.scene_id, key),
+                (scene_id, key),
                 size_wh,
                 ExternalRows(
                     camera,
                     poses.get(key),
                     infos.get(key),
-                    partial(self.mask, key),
-                    f"{self._table('camera')}: {key}",
-                    f"{self._table('gt')}: {key}",
+                    partial(self._mask, scene_id, key),
+                    f"{path['camera']}: {key}",
+                    f"{path['gt']}: {key}",
                 ),
                 known,
             )
             for key, camera in cameras.items()
         ]
 
-    def _table(self, name: str) -> Path:
-        return self.root / TABLE.format(name)
+    def _file(self, scene_id: int, kind: str, image_id: int) -> Path:
+        """Return the file of an image, whatever it ends with.
+
+        Raises:
+            DatasetError: There is none.
+        """
+        folder = self._scenes[scene_id] / kind
+        found = sorted(folder.glob(f"{image_id:06d}.*"))
+        if not found:
+            raise DatasetError(f"{folder}: there is no image {image_id}; training and scoring need it")
+        return found[0]
+
+    def _colour(self, scene_id: int, image_id: int) -> Path:
+        kind = next((name for name in _IMAGES if (self._scenes[scene_id] / name).is_dir()), _IMAGES[0])
+        return self._file(scene_id, kind, image_id)
+
+    def _mask(self, scene_id: int, image_id: int, kind: str, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
+        path = next(iter(sorted((self._scenes[scene_id] / kind).glob(f"{image_id:06d}_{gt_index:06d}.*"))), None)
+        return None if path is None else decode_any_mask(path)
 
 
 _COLOUR = ("rgb.png", "rgb.jpg", "gray.tiff", "gray.tif", "gray.png", "gray.jpg")
@@ -216,8 +191,8 @@ class KeyedSplit:
 
     def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
         """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
-        size_hw = image.camera.height, image.camera.width
-        return self._mask((image.scene_id, image.image_id), size_hw, kind, gt_index)
+        key, size_hw = (image.scene_id, image.image_id), (image.camera.height, image.camera.width)
+        return self._mask(key, size_hw, kind, gt_index)
 
     def _image(self, split: str, key: tuple[int, int], size_wh: tuple[int, int], known: Collection[int]) -> ImageRecord:
         camera = self._keyed.member(key, "camera.json")

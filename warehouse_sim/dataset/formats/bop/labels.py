@@ -6,15 +6,13 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.dataset.files.plain import lens_row
-from warehouse_sim.dataset.formats.observation_files import LabelledTarget
+from warehouse_sim.dataset.formats.observation_files import VISIBLE_ENOUGH, LabelledTarget, box_xywh
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.schema import ObjectAnnotation, Observation
 
 DEPTH_SCALE = 1.0
 """Millimetres a step of the depth images: 65.5 m of range, where BOP's usual 0.1 ends at 6.55 m."""
-VISIBLE_ENOUGH = 0.1
-"""Visible fraction from which BOP requires a target."""
 
 
 def camera_row(observation: Observation) -> dict[str, Any]:
@@ -47,8 +45,8 @@ def visibility_row(target: LabelledTarget, depth: Float32[np.ndarray, "h w"]) ->
     """
     annotation = target.annotation
     return {
-        "bbox_obj": _box_xywh(annotation.box_amodal_xyxy, extra=0),
-        "bbox_visib": _box_xywh(_visible_box(target), extra=0),
+        "bbox_obj": box_xywh(annotation.box_amodal_xyxy, extra=0),
+        "bbox_visib": box_xywh(target.box_visible_xyxy, extra=0),
         "px_count_all": annotation.pixels_all,
         "px_count_valid": int(np.count_nonzero(target.mask & (depth > 0))),
         "px_count_visib": annotation.pixels_visible,
@@ -78,20 +76,8 @@ def coco_annotation(number: int, image_id: int, target: LabelledTarget) -> dict[
         "iscrowd": 0,
         "ignore": annotation.visible_fraction < VISIBLE_ENOUGH,
         "area": annotation.pixels_visible,
-        "bbox": _box_xywh(annotation.box_amodal_xyxy, extra=1),
+        "bbox": box_xywh(annotation.box_amodal_xyxy, extra=1),
         "segmentation": target.runs_visible,
         "width": target.mask_visible.shape[1],
         "height": target.mask_visible.shape[0],
     }
-
-
-def _visible_box(target: LabelledTarget) -> tuple[int, int, int, int]:
-    # Every labelled target has visible pixels, so the box is there.
-    box = target.annotation.box_visible_xyxy
-    assert box is not None
-    return box
-
-
-def _box_xywh(box_xyxy: tuple[float, float, float, float], extra: int) -> list[float]:
-    left, top, right, bottom = (int(value) if float(value).is_integer() else float(value) for value in box_xyxy)
-    return [left, top, right - left + extra, bottom - top + extra]

@@ -12,7 +12,6 @@ from warehouse_sim.dataset.files.json_file import read_table, write_json
 from warehouse_sim.dataset.files.plain import lens_row
 from warehouse_sim.dataset.formats.bop.labels import (
     DEPTH_SCALE,
-    VISIBLE_ENOUGH,
     camera_row,
     coco_annotation,
     coco_image,
@@ -21,7 +20,7 @@ from warehouse_sim.dataset.formats.bop.labels import (
 )
 from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.models import write_models
-from warehouse_sim.dataset.formats.observation_files import ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import VISIBLE_ENOUGH, ObservationFiles
 from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import write_json
-from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.files.record import camera_row
 from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
@@ -106,5 +106,5 @@ def _description(observation: Observation, tables: dict[str, Table], classes: di
         "instances": classes,
         "classes": {name: class_number(name) for name in sorted(set(classes.values()))},
     }
-    description: dict[str, Any] = plain(row)
+    description: dict[str, Any] = to_mapping(row)
     return description

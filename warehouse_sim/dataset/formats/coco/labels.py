@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Int32, UInt8
 from scipy.ndimage import find_objects
 
-from warehouse_sim.dataset.files.plain import lens_row, plain
+from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.files.plain import lens_row
 from warehouse_sim.dataset.files.run_lengths import compressed
-from warehouse_sim.dataset.formats.observation_files import LabelledTarget
+from warehouse_sim.dataset.formats.observation_files import VISIBLE_ENOUGH, LabelledTarget, box_xywh
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.schema import Observation
@@ -72,10 +73,6 @@ def _row(number: int, name: str, area: int, box: list[int]) -> dict[str, Any]:
     return {"id": number, "category": name, "area": area, "bbox": box, "iscrowd": 0}
 
 
-VISIBLE_ENOUGH = 0.1
-"""Targets of a smaller visible fraction are regions to ignore, as in BOP."""
-
-
 def image_row(observation: Observation, number: int, name: str) -> dict[str, Any]:
     """Return an entry of ``images``, with the camera beside what COCO requires; metres."""
     camera = observation.camera
@@ -91,27 +88,25 @@ def image_row(observation: Observation, number: int, name: str) -> dict[str, Any
         "T_world_camera": observation.T_world_camera,
     }
     lux = observation.conditions.floor_lux
-    return _plain(row if lux is None else row | {"floor_lux": lux})
+    return to_mapping(row if lux is None else row | {"floor_lux": lux})
 
 
 def instance_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
     """Return an annotation of the visible part of a target: its mask, its box, its area."""
     annotation = target.annotation
-    # Every labelled target has visible pixels, so the box is there.
-    assert annotation.box_visible_xyxy is not None
     row = {
         **_common(image_number, target),
         "segmentation": compressed(target.runs_visible),
-        "bbox": box_xywh(annotation.box_visible_xyxy),
+        "bbox": box_xywh(target.box_visible_xyxy, extra=1),
         "area": annotation.pixels_visible,
-        "bbox_amodal": box_xywh(annotation.box_amodal_xyxy),
+        "bbox_amodal": box_xywh(annotation.box_amodal_xyxy, extra=1),
         "pixels_all": annotation.pixels_all,
         "pixels_valid": annotation.pixels_valid,
         # Third-party masks may have no pose.
         **({"T_camera_object": annotation.T_camera_object} if np.isfinite(annotation.T_camera_object).all() else {}),
     }
     lux = annotation.illuminance
-    return _plain(row if lux is None else row | {"lux": lux})
+    return to_mapping(row if lux is None else row | {"lux": lux})
 
 
 def amodal_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
@@ -125,18 +120,12 @@ def amodal_row(image_number: int, target: LabelledTarget) -> dict[str, Any]:
     row = {
         **_common(image_number, target),
         "segmentation": compressed(target.runs),
-        "bbox": box_xywh(box),
+        "bbox": box_xywh(box, extra=1),
         "area": annotation.pixels_in_image,
-        "bbox_uncut": box_xywh(annotation.box_amodal_xyxy),
+        "bbox_uncut": box_xywh(annotation.box_amodal_xyxy, extra=1),
         "pixels_all": annotation.pixels_all,
     }
-    return _plain(row)
-
-
-def box_xywh(box_xyxy: tuple[float, float, float, float]) -> list[float]:
-    """Return COCO's left, top, width and height (px) of inclusive corners; whole numbers stay whole."""
-    left, top, right, bottom = (int(value) if float(value).is_integer() else float(value) for value in box_xyxy)
-    return [left, top, right - left + 1, bottom - top + 1]
+    return to_mapping(row)
 
 
 def _common(image_number: int, target: LabelledTarget) -> dict[str, Any]:
@@ -152,8 +141,3 @@ def _common(image_number: int, target: LabelledTarget) -> dict[str, Any]:
         "obj_id": annotation.obj_id,
         "visible_fraction": annotation.visible_fraction,
     }
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = plain(row)
-    return found

@@ -9,13 +9,13 @@ from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, shown, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
 from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size, shapeless
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.dataset.files.image_io import image_size_wh
-from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel, calib_camera
 from warehouse_sim.dataset.formats.kitti.tolerant import (
@@ -20,7 +19,7 @@ from warehouse_sim.dataset.formats.kitti.tolerant import (
 )
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.level_view import levelled
 from warehouse_sim.geometry.pose import Transform, invert, make_transform

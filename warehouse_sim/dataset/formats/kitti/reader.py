@@ -6,6 +6,7 @@ For the checks of this package's own files; ``tolerant`` reads third-party ones.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +43,21 @@ class KittiLabel:
     rotation_y: float
     """Angle about camera +y from camera +x to the object's x axis, -pi to pi."""
 
+    @classmethod
+    def of(cls, kind: str, occluded: int, values: Sequence[float]) -> Self:
+        """Return a label of its type, its level of occlusion, and all other fields of the row in order."""
+        truncated, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values
+        return cls(
+            kind,
+            truncated,
+            occluded,
+            alpha,
+            (left, top, right, bottom),
+            (height, width, length),
+            (x, y, z),
+            heading,
+        )
+
     @property
     def is_dont_care(self) -> bool:
         """Whether only its type and 2D box mean anything."""
@@ -74,17 +90,7 @@ def parse_label(line: str, where: str) -> KittiLabel:
         raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
     if not all(map(math.isfinite, values)):
         raise DatasetError(f"{where}: every field must be finite")
-    truncated, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values
-    return KittiLabel(
-        type=words[0],
-        truncated=truncated,
-        occluded=occluded,
-        alpha=alpha,
-        box_xyxy=(left, top, right, bottom),
-        size_hwl=(height, width, length),
-        location=(x, y, z),
-        rotation_y=heading,
-    )
+    return KittiLabel.of(words[0], occluded, values)
 
 
 def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:

@@ -10,16 +10,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, decimal, shown
+from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PLACES, decimal, nearest_rotation
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.pose import Transform, make_transform
 
 _FIELDS = (15, 16)
 _LARGEST_FILE = 16_000_000
 """Bytes of a text file; a label of a thousand objects has a hundredth of it."""
-_LARGEST_SKEW = 1e-2
-"""How far a stored rotation may be from one: others round their numbers."""
 _SAME_KEYS = {"R_rect": "R0_rect", "Tr_velo_cam": "Tr_velo_to_cam", "Tr_imu_velo": "Tr_imu_to_velo"}
 """Names that KITTI's tracking benchmark has for the same matrices."""
 _SHAPES = {"P2": (3, 4), "R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "K_02": (3, 3), "D_02": (1, 5), "F_02": (1, 4)}
@@ -75,14 +73,10 @@ def rigid(rows: Float[np.ndarray, "3 columns"], where: str) -> Transform:
     Raises:
         DatasetError: It is far from any rotation, or leads too far away.
     """
-    U, _, Vt = np.linalg.svd(np.clip(rows[:, :3], -2.0, 2.0))
-    nearest = U @ Vt
-    if np.linalg.det(nearest) < 0 or np.abs(nearest - rows[:, :3]).max() > _LARGEST_SKEW:
-        raise DatasetError(f"{where}: is not a rotation: {shown(rows[:, :3].ravel().tolist())}")
     translation = rows[:, 3] if rows.shape[1] > 3 else np.zeros(3)
     if not all(value in PLACES for value in translation):
         raise DatasetError(f"{where}: must lead {PLACES} m along each axis, found {translation.tolist()}")
-    return make_transform(nearest, translation)
+    return make_transform(nearest_rotation(rows[:, :3], f"{where}:"), translation)
 
 
 def read_plane(text: str, where: str) -> Float[np.ndarray, " 4"]:
@@ -108,17 +102,7 @@ def _label(words: list[str], where: str) -> KittiLabel:
     if len(words) not in _FIELDS:
         raise DatasetError(f"{where}: a KITTI label has 15 fields, a result 16; found {len(words)}")
     values = _numbers(words[1:], where, len(words) - 1).tolist()
-    truncated, occluded, alpha, left, top, right, bottom, height, width, length, x, y, z, heading = values[:14]
-    return KittiLabel(
-        type=words[0],
-        truncated=truncated,
-        occluded=int(occluded),
-        alpha=alpha,
-        box_xyxy=(left, top, right, bottom),
-        size_hwl=(height, width, length),
-        location=(x, y, z),
-        rotation_y=heading,
-    )
+    return KittiLabel.of(words[0], int(values[1]), [values[0], *values[2:14]])
 
 
 def _numbers(words: list[str], where: str, count: int) -> Float[np.ndarray, " count"]:

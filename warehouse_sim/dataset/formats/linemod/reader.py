@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
-from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, shown, take, take_if_given
+from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
@@ -24,7 +24,7 @@ from warehouse_sim.dataset.formats.reader_base import ReaderBase, box_mask, metr
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.mesh_file import load_mesh
 

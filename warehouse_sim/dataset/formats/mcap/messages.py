@@ -27,7 +27,7 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float32
 
-from warehouse_sim.dataset.files.plain import plain
+from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.dataset.viewing.overlay import colorize_instances
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -180,7 +180,7 @@ def reading_schema(reading: Reading) -> bytes:
 def reading_message(stamp: int, frame: str, reading: Reading) -> bytes:
     """Return a sensor's arrays as JSON, every digit of them."""
     time = {"sec": stamp // _SECOND, "nsec": stamp % _SECOND}
-    arrays = {name: plain(np.asarray(array)) for name, array in sorted(reading.channels.items())}
+    arrays = {name: to_mapping(np.asarray(array)) for name, array in sorted(reading.channels.items())}
     return json.dumps({"timestamp": time, "frame_id": frame, **arrays}, allow_nan=False).encode("ascii")
 
 

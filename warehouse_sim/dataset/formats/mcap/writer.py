@@ -15,8 +15,8 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from mcap_protobuf.schema import build_file_descriptor_set
 
+from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.image_io import encode_rgb
-from warehouse_sim.dataset.files.plain import plain
 from warehouse_sim.dataset.files.point_table import classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.formats.mcap import layout as names
 from warehouse_sim.dataset.formats.mcap.layout import RIG, WORLD, mcap_layout, topic
@@ -260,5 +260,5 @@ def _conditions(stamp: int, observation: Observation) -> Log:
     if view is not None:
         words |= {"kind": view.kind, "sequence": view.sequence, "time": view.time}
         words |= {"velocity": view.velocity, "yaw_rate": view.yaw_rate}
-    text = json.dumps(plain(words), allow_nan=False)
+    text = json.dumps(to_mapping(words), allow_nan=False)
     return Log(timestamp=timestamp(stamp), level=Log.INFO, name=names.NAME, message=text)

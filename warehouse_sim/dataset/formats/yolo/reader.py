@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
 from warehouse_sim.dataset.files.image_io import decode_any_rgb, image_size_wh
-from warehouse_sim.dataset.files.plain import WHOLE, decimal, shown
+from warehouse_sim.dataset.files.plain import WHOLE, decimal
 from warehouse_sim.dataset.formats.reader_base import (
     ImagesOnly,
     box_mask,
@@ -22,7 +22,7 @@ from warehouse_sim.dataset.formats.reader_base import (
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import require_split
-from warehouse_sim.errors import DatasetError, WarehouseSimError
+from warehouse_sim.errors import DatasetError, WarehouseSimError, shown
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.yaml_file import read_yaml
 

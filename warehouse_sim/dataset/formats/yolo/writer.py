@@ -102,9 +102,7 @@ class YoloSceneWriter(SceneWriterBase):
     def _row(self, task: Task, files: ObservationFiles, target: LabelledTarget) -> str:
         annotation, camera = target.annotation, files.observation.camera
         number, size_wh = self._number(annotation.class_name, files), (camera.width, camera.height)
-        box = annotation.box_visible_xyxy
-        # Every labelled target has visible pixels, so the box is there.
-        assert box is not None
+        box = target.box_visible_xyxy
         if task == "detect":
             return box_row(number, box, size_wh)
         if task == "segment":

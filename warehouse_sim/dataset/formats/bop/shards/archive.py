@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.files.plain import shown
 from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD
 from warehouse_sim.dataset.layout import observation_name
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.errors import DatasetError, shown
 
 _MOST_MEMBERS = 1_000_000
 _MOST_BYTES = 2**28

@@ -14,12 +14,13 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
     LabelRow,
     T_world_image,
+    file_of,
     is_levelled,
     read_camera,
     read_labels,
 )
 from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted
-from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
+from warehouse_sim.dataset.formats.kitti.layout import frames_of
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -93,17 +94,17 @@ def _same_images(subject: Subject, image: ImageRecord) -> Findings:
     if is_levelled(subject):
         _same_level_depth(findings, subject, image)
         return findings
-    rgb_path = kitti_layout(subject.root).file(image.split, "image_2", frame)
+    rgb_path = file_of(subject, image.split, "image_2", frame)
     bop_path = bop_layout(subject.root).scene(image.split, image.scene_id).image("rgb", image.image_id)
     pairs = [(rgb_path, bop_path)]
     if subject.manifest.contents.clean:
-        clean_path = kitti_layout(subject.root).file(image.split, "image_clean_2", frame)
+        clean_path = file_of(subject, image.split, "image_clean_2", frame)
         pairs.append(
             (clean_path, bop_layout(subject.root).scene(image.split, image.scene_id).image("rgb_clean", image.image_id))
         )
     for ours, theirs in pairs:
         findings.require(read_bytes(ours) == read_bytes(theirs), f"{ours}: differs from {theirs}")
-    depth_path = kitti_layout(subject.root).file(image.split, "depth_2", frame)
+    depth_path = file_of(subject, image.split, "depth_2", frame)
     steps, depth = decode_depth(depth_path), subject.of_format(OTHER).depth(image)
     if findings.require(steps.shape == depth.shape, f"{depth_path}: is not as large as BOP's"):
         difference = np.abs(steps / np.float32(256.0) - depth).max()
@@ -207,4 +208,4 @@ def _T_level_camera(subject: Subject, image: ImageRecord) -> Transform:
 def _kitti_camera(subject: Subject, image: ImageRecord) -> tuple[Path, PinholeCamera]:
     """Return the calib file of a frame and the camera that it describes."""
     frame = _frame(subject, image)
-    return kitti_layout(subject.root).file(image.split, "calib", frame), read_camera(subject, image.split, frame)[0]
+    return file_of(subject, image.split, "calib", frame), read_camera(subject, image.split, frame)[0]

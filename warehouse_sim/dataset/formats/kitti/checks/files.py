@@ -11,7 +11,14 @@ from warehouse_sim.dataset.checks.findings import Findings, compare_names, read_
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, png_size_wh
 from warehouse_sim.dataset.files.plain import decimal
-from warehouse_sim.dataset.formats.kitti.checks.frames import OTHER, T_world_image, frames, is_level, is_levelled
+from warehouse_sim.dataset.formats.kitti.checks.frames import (
+    OTHER,
+    T_world_image,
+    file_of,
+    frames,
+    is_level,
+    is_levelled,
+)
 from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib, parse_lidars
 from warehouse_sim.dataset.split import SPLITS, Split
@@ -50,7 +57,7 @@ def calib(subject: Subject) -> Findings:
     """Calib files have seven lines, rigid, no rotation hidden in P2, and the recipe's lens; planes are the floor."""
     findings, count = Findings(), 0
     for split, scene, observation, frame in frames(subject):
-        path = kitti_layout(subject.root).file(split, "calib", frame)
+        path = file_of(subject, split, "calib", frame)
         matrices = parse_calib(read_text(path), str(path))
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
         same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
@@ -61,13 +68,13 @@ def calib(subject: Subject) -> Findings:
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
             findings.require(_is_rigid(matrices[key]), f"{path}: {key} is not a rotation")
         if subject.manifest.contents.lidars:
-            lidars_path = kitti_layout(subject.root).file(split, "calib_lidars", frame)
+            lidars_path = file_of(subject, split, "calib_lidars", frame)
             poses = parse_lidars(read_text(lidars_path), subject.manifest.contents.lidars, str(lidars_path))
             for name, pose in poses.items():
                 findings.require(_is_rigid(pose), f"{lidars_path}: Tr_{name}_to_cam is not a rotation and a place")
         T_world_points = T_world_image(subject, scene, observation) @ _pose(matrices["Tr_velo_to_cam"])
         is_level(findings, T_world_points, subject.record(scene).observations[observation], f"{path}: Tr_velo_to_cam")
-        plane_path = kitti_layout(subject.root).file(split, "planes", frame)
+        plane_path = file_of(subject, split, "planes", frame)
         T_camera_world = invert(T_world_image(subject, scene, observation))
         expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
         findings.require(
@@ -90,15 +97,15 @@ def images(subject: Subject) -> Findings:
 
 def _channels(subject: Subject, split: Split, scene: int, observation: int, frame: int) -> Findings:
     findings, kinds = Findings(count=2), kitti_kinds(subject.manifest.contents)
-    rgb_path, depth_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_2", "depth_2"))
+    rgb_path, depth_path = (file_of(subject, split, kind, frame) for kind in ("image_2", "depth_2"))
     steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
     findings.require(steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)")
     far = may_read_nothing(subject, scene, observation)
     findings.require(far or bool(steps.any()), f"{depth_path}: holds nothing but zeros")
     if "depth_clean_2" in kinds:
-        clean_path = kitti_layout(subject.root).file(split, "depth_clean_2", frame)
+        clean_path = file_of(subject, split, "depth_clean_2", frame)
         findings.require(matches_reading(decode_depth(clean_path), steps), f"{clean_path}: {NOT_ITS_GT}")
-        clean_path = kitti_layout(subject.root).file(split, "image_clean_2", frame)
+        clean_path = file_of(subject, split, "image_clean_2", frame)
         if OTHER not in subject.manifest.formats or is_levelled(subject):
             wrong = colour_problem(decode_rgb(clean_path), decode_rgb(rgb_path))
             findings.require(not wrong, f"{clean_path}: {wrong}")
@@ -108,28 +115,28 @@ def _channels(subject: Subject, split: Split, scene: int, observation: int, fram
         rgb = decode_rgb(rgb_path)
         findings.require(bool(rgb.any()), f"{rgb_path}: holds nothing but zeros")
         clean = "depth_clean_2" in kinds
-        gt = decode_depth(kitti_layout(subject.root).file(split, "depth_clean_2", frame)) if clean else steps
+        gt = decode_depth(file_of(subject, split, "depth_clean_2", frame)) if clean else steps
         shown = gt.shape != rgb.shape[:2] or shows_edges_of(rgb, gt.astype(np.float32) / 256.0)
         findings.require(shown, f"{rgb_path}: {OF_ANOTHER_PLACE}")
     return findings
 
 
 def _right_image(findings: Findings, subject: Subject, split: Split, frame: int, size_wh: tuple[int, int]) -> None:
-    rgb_path, disparity_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("image_3", "disp_occ"))
+    rgb_path, disparity_path = (file_of(subject, split, kind, frame) for kind in ("image_3", "disp_occ"))
     image, steps = decode_rgb(rgb_path), decode_depth(disparity_path)
     findings.require(image.shape[1::-1] == size_wh, f"{rgb_path}: is not as large as image_2")
     findings.require(steps.shape == size_wh[::-1], f"{disparity_path}: is not as large as image_2")
-    seen_path = kitti_layout(subject.root).file(split, "disp_noc", frame)
+    seen_path = file_of(subject, split, "disp_noc", frame)
     seen = decode_depth(seen_path)
     part = seen.shape == steps.shape and bool(((seen == 0) | (seen == steps)).all())
     findings.require(part, f"{seen_path}: is no part of disp_occ")
     findings.require(bool(image.any() and steps.any()), f"{rgb_path} or {disparity_path}: holds nothing but zeros")
     if "image_clean_3" in kitti_kinds(subject.manifest.contents):
-        clean_path = kitti_layout(subject.root).file(split, "image_clean_3", frame)
+        clean_path = file_of(subject, split, "image_clean_3", frame)
         wrong = colour_problem(decode_rgb(clean_path), image)
         findings.require(not wrong, f"{clean_path}: {wrong}")
     if "disp_sgbm" in kitti_kinds(subject.manifest.contents):
-        matched_path = kitti_layout(subject.root).file(split, "disp_sgbm", frame)
+        matched_path = file_of(subject, split, "disp_sgbm", frame)
         findings.require(decode_depth(matched_path).shape == steps.shape, f"{matched_path}: is not as large as image_2")
 
 

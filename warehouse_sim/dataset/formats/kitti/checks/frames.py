@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Float32, Int32
@@ -54,6 +55,11 @@ OTHER = NAME
 """With its files in the dataset, too, both must agree, and images need not be decoded twice."""
 
 
+def file_of(subject: Subject, split: str, kind: str, frame: int) -> Path:
+    """Return a file of a frame."""
+    return kitti_layout(subject.root).file(split, kind, frame)
+
+
 def frames(subject: Subject) -> Iterator[tuple[Split, int, int, int]]:
     """Yield split, scene, observation and frame number of every observation."""
     for split, scene, observation in subject.observations():
@@ -85,7 +91,7 @@ def read_labels(subject: Subject, split: str, frame: int) -> list[LabelRow]:
     Raises:
         DatasetError: A file is missing, empty, has a blank line, or a row that does not parse.
     """
-    path, ids_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in ("label_2", "label_2_ids"))
+    path, ids_path = (file_of(subject, split, kind, frame) for kind in ("label_2", "label_2_ids"))
     lines, ids = read_text(path).split("\n"), read_text(ids_path).split("\n")
     if len(lines) < 2 or lines[-1]:
         raise DatasetError(f"{path}: at least one row and a line end after the last one are expected")
@@ -107,7 +113,7 @@ def read_points(
     Raises:
         DatasetError: A file is missing or the two have not the same number of points.
     """
-    path, ids_path = (kitti_layout(subject.root).file(split, kind, frame) for kind in (name, f"{name}_ids"))
+    path, ids_path = (file_of(subject, split, kind, frame) for kind in (name, f"{name}_ids"))
     cloud, ids = read_bytes(path), read_bytes(ids_path)
     if len(cloud) % 16 or len(cloud) != 4 * len(ids):
         raise DatasetError(f"{path}: {len(cloud)} bytes of points do not go with {len(ids)} bytes of ids")
@@ -116,8 +122,8 @@ def read_points(
 
 def read_camera(subject: Subject, split: str, frame: int) -> tuple[PinholeCamera, Transform]:
     """Read the calib file of a frame: its camera, and T_camera_lidar of the points that are stored."""
-    path = kitti_layout(subject.root).file(split, "calib", frame)
+    path = file_of(subject, split, "calib", frame)
     matrices = parse_calib(read_text(path), str(path))
-    size_wh = png_size_wh(kitti_layout(subject.root).file(split, "image_2", frame))
+    size_wh = png_size_wh(file_of(subject, split, "image_2", frame))
     matrix = matrices["Tr_velo_to_cam"]
     return calib_camera(matrices, size_wh), make_transform(matrix[:, :3], matrix[:, 3])

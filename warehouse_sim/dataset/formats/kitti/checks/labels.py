@@ -12,13 +12,13 @@ from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     LabelRow,
     T_world_image,
+    file_of,
     frames,
     is_levelled,
     read_camera,
     read_labels,
     read_points,
 )
-from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.scene_record import RecordedObject
@@ -47,7 +47,7 @@ def shown(subject: Subject) -> Findings:
     """Hold truncation and occlusion against the scene record, and 2D boxes against the projected 3D boxes."""
     findings = Findings()
     for split, scene, observation, frame in frames(subject):
-        where = str(kitti_layout(subject.root).file(split, "label_2", frame))
+        where = str(file_of(subject, split, "label_2", frame))
         camera = read_camera(subject, split, frame)[0]
         noted = (
             {}
@@ -114,7 +114,7 @@ def _box_is_there(findings: Findings, row: LabelRow, camera: PinholeCamera, wher
 def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
     findings = Findings()
     camera, T_camera_lidar = read_camera(subject, split, frame)
-    path = kitti_layout(subject.root).file(split, "depth_2", frame)
+    path = file_of(subject, split, "depth_2", frame)
     depth = decode_depth(path).astype(np.float64) / _STEPS_PER_METRE
     cloud = read_points(subject, split, frame)[0][:, :3]
     cloud = cloud[:: max(len(cloud) // _SAMPLE, 1)].astype(np.float64)
@@ -151,8 +151,8 @@ def labels(subject: Subject) -> Findings:
     """Every row parses strictly, has plausible values, and is that of its object in the scene record."""
     findings, count, leaning = Findings(), 0, 0
     for split, scene, observation, frame in frames(subject):
-        path = kitti_layout(subject.root).file(split, "label_2", frame)
-        size_wh = png_size_wh(kitti_layout(subject.root).file(split, "image_2", frame))
+        path = file_of(subject, split, "label_2", frame)
+        size_wh = png_size_wh(file_of(subject, split, "image_2", frame))
         T_camera_world = invert(T_world_image(subject, scene, observation))
         for number, row in enumerate(read_labels(subject, split, frame), start=1):
             where = f"{path}:{number}"

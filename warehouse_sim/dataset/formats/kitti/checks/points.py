@@ -13,6 +13,7 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
     LabelRow,
     T_world_image,
     as_measured,
+    file_of,
     frames,
     read_camera,
     read_labels,
@@ -20,7 +21,6 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
 )
 from warehouse_sim.dataset.formats.kitti.checks.labels import tilt
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw, SweepGrid, in_world
-from warehouse_sim.dataset.formats.kitti.layout import kitti_layout
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.errors import DatasetError
@@ -39,17 +39,17 @@ def sweeps(subject: Subject) -> Findings:
         known = {item.instance_id for item in subject.record(scene).objects} | {0}
         for name in ("velodyne", *(f"velodyne_{name}" for name in subject.manifest.contents.lidars)):
             cloud, ids = read_points(subject, split, frame, name)
-            path = kitti_layout(subject.root).file(split, f"{name}_ids", frame)
+            path = file_of(subject, split, f"{name}_ids", frame)
             strange = set(np.unique(ids).tolist()) - known
             findings.require(not strange, f"{path}: names objects that are not in the scene: {sorted(strange)[:5]}")
             findings.require(len(ids) < _FEW_POINTS or bool(ids.any()), f"{path}: holds nothing but zeros")
             finite = np.isfinite(cloud).all() and ((cloud[:, 3] >= 0) & (cloud[:, 3] <= 1)).all()
-            place = kitti_layout(subject.root).file(split, name, frame)
+            place = file_of(subject, split, name, frame)
             findings.require(bool(finite), f"{place}: a point is not finite, or a reflectance is not in 0-1")
             apart = bool(cloud[:, :3].any(axis=1).all())
             findings.require(apart, f"{place}: a point lies in the sensor's own origin, where nothing is measured")
             if name == "velodyne" and finite:
-                path = kitti_layout(subject.root).file(split, "velodyne_beams", frame)
+                path = file_of(subject, split, "velodyne_beams", frame)
                 _beams_follow(findings, path, _own_points(subject, (split, scene, observation, frame), cloud))
             count += 1
     findings.examined = f"{count} sweeps with ids, rings and times"
@@ -185,7 +185,7 @@ def _read_sweep(subject: Subject, law: LidarLaw, frame: tuple[Split, int, int, i
         DatasetError: A file cannot be read, or a number in it cannot be used.
     """
     split, scene, index, number = frame
-    path, beams_path = (kitti_layout(subject.root).file(split, kind, number) for kind in ("velodyne", "velodyne_beams"))
+    path, beams_path = (file_of(subject, split, kind, number) for kind in ("velodyne", "velodyne_beams"))
     cloud, ids = read_points(subject, split, number)
     content = read_bytes(beams_path)
     if not np.isfinite(cloud).all() or not _are_beams(content, len(cloud)):
