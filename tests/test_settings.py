@@ -25,7 +25,6 @@ from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.ranges import Range, range_of, ranges_of
@@ -37,7 +36,7 @@ from warehouse_sim.sensors.rgbd.depth.models import MODELS, read_depth_model
 
 ROOTS = (
     *(Recipe, CustomObjectConfig, GenerateConfig, TrainConfig, PredictConfig, DetectorConfig, SegmenterConfig),
-    *(PoseRun, Calibration, ForkConfig),
+    *(PoseRun, Calibration),
 )
 KINDS = {Layout: tuple(Layout.kinds.values()), DepthModel: tuple(MODELS.values())}
 """Abstract settings and all that a file can name in their place."""

@@ -14,8 +14,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import ScoreConfig, evaluate
-from warehouse_sim.evaluation.measure import MeasureConfig
+from warehouse_sim.evaluation import evaluate
 
 NUMBERS = {"Car": 1, "Pedestrian": 4}
 FRAMES, SEED = 21, 5
@@ -87,16 +86,18 @@ def test_a_known_shift_is_measured_on_each_cloud_against_its_own_diagonal(data: 
     assert by_class == {"Car": 1.0, "Pedestrian": 0.0}  # 5 % are 22 cm and 10 cm
 
 
-def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path) -> None:
+def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = Path(shutil.copytree(data, tmp_path / "few"))
     write_frame(folder / "training", VAL[0], street(VAL[0], SEED), SEED, points_each=49)
     write_frame(folder / "training", VAL[1], street(VAL[1], SEED), SEED, points_each=50)
     path = gt_csv(tmp_path / "gt_val.csv")
     counts = evaluate(path, folder, "val").counts
     assert (counts["ground_truths"], counts["ground_truths_left_out"]) == (3, 3)
-    assert evaluate(path, folder, "val", ScoreConfig(MeasureConfig(min_model_points=20))).counts["ground_truths"] == 6
+    monkeypatch.setattr("warehouse_sim.evaluation.measure.MIN_MODEL_POINTS", 20)
+    assert evaluate(path, folder, "val").counts["ground_truths"] == 6
     write_frame(folder / "training", VAL[0], street(VAL[0], SEED), SEED, points_each=0)
-    assert evaluate(path, folder, "val", ScoreConfig(MeasureConfig(min_model_points=1))).counts["ground_truths"] == 3
+    monkeypatch.setattr("warehouse_sim.evaluation.measure.MIN_MODEL_POINTS", 1)
+    assert evaluate(path, folder, "val").counts["ground_truths"] == 3
 
 
 @pytest.mark.real

@@ -24,9 +24,9 @@ from warehouse_sim.benchmark.docking.agreement import (
     disagreements,
 )
 from warehouse_sim.benchmark.docking.pictures import picture
-from warehouse_sim.benchmark.docking.record import Record
+from warehouse_sim.benchmark.docking.record import Kept, answer
 from warehouse_sim.benchmark.docking.sources import Evaluated, Source
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 
 FOLDER = Path("out") / "docking"
 _TABLES = [(margin, nominal) for nominal in (False, True) for margin in MARGINS_MM]
@@ -55,23 +55,22 @@ def main(
         pictures: How many of them to draw.
         write: Store the result file.
     """
-    truck = TruckConfig()
-    record, rows, evaluated = Record(folder / "answers.jsonl", truck), [], {}
+    kept, rows, evaluated = Kept(folder / "answers.jsonl"), [], {}
     left_out: dict[str, dict[str, int]] = {}
     for name in runs:
-        source = Source(name, truck, seed, split)
+        source = Source(name, seed, split)
         for question, station in source.questions(-(-poses // len(runs))):
-            row = record.answer(question, station)
+            row = answer(kept, question, station)
             rows.append(row)
             if len(evaluated) < 50_000:
                 evaluated[row["key"]] = (question, station)
         left_out[source.label] = dict(sorted(source.left_out.items()))
         print(f"{source.label}: {sum(row['source'] == source.label for row in rows)} poses asked", flush=True)
     _print(rows, left_out, show)
-    _draw(disagreements(rows)[:pictures], evaluated, truck, folder)
+    _draw(disagreements(rows)[:pictures], evaluated, folder)
     if write:
         command = f"python -m benchmarks.docking {' '.join(runs)} --poses {poses} --seed {seed} --write"
-        write_result(RESULTS / "docking.json", command, rounded(by_kind(rows)), **_facts(rows, left_out, truck))
+        write_result(RESULTS / "docking.json", command, rounded(by_kind(rows)), **_facts(rows, left_out))
 
 
 def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> None:
@@ -94,16 +93,16 @@ def _print(rows: list[Row], left_out: dict[str, dict[str, int]], show: int) -> N
     print(f"output: {len(rows)} poses, CPU {np.mean(seconds):.2f} s a pose, at most {max(seconds):.2f} s")
 
 
-def _draw(rows: list[Row], evaluated: dict[str, Evaluated], truck: TruckConfig, folder: Path) -> None:
+def _draw(rows: list[Row], evaluated: dict[str, Evaluated], folder: Path) -> None:
     for number, row in enumerate(rows):
         before, _, after = described(row).partition("; ")
-        picture(folder / f"disagreement_{number:02d}.png", *evaluated[row["key"]], truck, [before, after])
+        picture(folder / f"disagreement_{number:02d}.png", *evaluated[row["key"]], [before, after])
 
 
-def _facts(rows: list[Row], left_out: dict[str, dict[str, int]], truck: TruckConfig) -> dict[str, object]:
+def _facts(rows: list[Row], left_out: dict[str, dict[str, int]]) -> dict[str, object]:
     return {
         "poses": len(rows),
-        "truck": asdict(truck),
+        "truck": asdict(TRUCK),
         "confusion": [rounded(confusion(rows, margin, nominal)) for margin, nominal in _TABLES],
         "differ": causes(rows),
         "sides_not_evaluated": left_out,

@@ -16,7 +16,7 @@ from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import fraction_interval
-from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
+from warehouse_sim.evaluation.metrics import pass_values
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
@@ -128,7 +128,7 @@ def rows(scores: Scores, method: str, setting: str, class_name: str) -> list[dic
         "class": class_name,
     }
     summary = class_summary(scores, class_name)
-    counted = pass_values(scores.table.select(scores.table.class_name == class_name), MetricConfig())
+    counted = pass_values(scores.table.select(scores.table.class_name == class_name))
     found = {
         metric: (summary.metrics[metric], *summary.intervals[metric], int((~np.isnan(counted[metric])).sum()))
         for metric in FRACTIONS

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.pose.uncertainty.estimator import Watcher
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.evaluation.measure import MeasureConfig, measure
+from warehouse_sim.evaluation.measure import measure
 from warehouse_sim.evaluation.trust import succeeded
 
 
@@ -88,7 +88,7 @@ def collect(
     estimates = predict(estimator, images, remembered)
     watcher = Watcher(lambda obj_id: reader.objects[obj_id].mesh() if reader.objects[obj_id].has_cad else None)
     looks = watcher(list(seen.values()), estimates)
-    table = measure(estimates, records, reader.objects, MeasureConfig(min_visible_fraction=min_visible))
+    table = measure(estimates, records, reader.objects, min_visible=min_visible)
     table = table.select(table.found)
     rows = [row for row in range(len(table)) if looks[table.prediction[row]] is not None]
     found = [looks[table.prediction[row]] for row in rows]

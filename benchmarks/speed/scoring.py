@@ -18,9 +18,7 @@ from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.measure import measure
-from warehouse_sim.evaluation.scores import ScoreConfig
-from warehouse_sim.evaluation.scoring import docking_failures, docking_left_out
-from warehouse_sim.evaluation.summary import split_groups, summarise
+from warehouse_sim.evaluation.summary import docking_failures, docking_left_out, summarise, summarise_groups
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z
@@ -51,23 +49,21 @@ def scoring(settings: Settings) -> dict[str, Any]:
 
 
 def _score(images: Sequence[ImageRecord], estimates: Sequence[PoseEstimate], objects: dict) -> dict[str, Cost]:
-    config, stages = ScoreConfig(), {}
+    stages = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made_predictions-test.csv"
         predictions.write(path, estimates)
         stages["reading"], read = cost_of(predictions.read, path)
-    stages["errors"], table = cost_of(measure, read, images, objects, config.measure, None, Standings())
+    stages["errors"], table = cost_of(measure, read, images, objects, None, Standings())
 
     def groups() -> None:
-        summarise("all", table, config.metrics, config.groups)
-        for items in split_groups(table, config.groups).values():
-            for label, rows in items:
-                summarise(label, table.select(rows), config.metrics, config.groups)
+        summarise("all", table)
+        summarise_groups(table)
         docking_failures(table)
-        docking_left_out(table, config.metrics.docking_margin_mm)
+        docking_left_out(table)
 
     stages["groups"], _ = cost_of(groups)
-    stages["trust"], _ = cost_of(trust_of, table, config.groups)
+    stages["trust"], _ = cost_of(trust_of, table)
     return stages
 
 

@@ -11,7 +11,6 @@ from warehouse_sim.benchmark.recorded.entries import dock_of, entries, gravity_o
 from warehouse_sim.benchmark.recorded.faces import RecordedFace, drive_in, read_faces
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.registries import ESTIMATORS
-from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.geometry.pose import make_transform, rotation_y, rotation_z
 
 T_CAMERA_DOCK = np.array([[0, -1, 0, 0.1], [0, 0, -1, 0.2], [1, 0, 0, 1.5], [0, 0, 0, 1.0]])
@@ -36,7 +35,7 @@ def face(tmp_path: Path) -> RecordedFace:
 
 
 def test_the_ground_truth_docks_with_the_clearance_that_the_labels_leave(tmp_path: Path) -> None:
-    entry = drive_in(face(tmp_path), T_CAMERA_DOCK, None, ForkConfig())
+    entry = drive_in(face(tmp_path), T_CAMERA_DOCK, None)
     assert entry.docked
     assert (entry.clearance_side, entry.clearance_up) == pytest.approx((0.07, 0.025))
 
@@ -62,12 +61,12 @@ def test_it_fails_by_hand_computed_margins(tmp_path: Path, motion: tuple[float, 
     x, y, z, yaw, pitch = motion
     turned = rotation_z(np.deg2rad(yaw)) @ rotation_y(-np.deg2rad(pitch))
     T = T_CAMERA_DOCK @ make_transform(turned, np.array([x, y, z]))
-    assert drive_in(face(tmp_path), T, None, ForkConfig()).docked == docks
+    assert drive_in(face(tmp_path), T, None).docked == docks
 
 
 def test_own_pockets_are_aimed_at(tmp_path: Path) -> None:
     aims = [np.array([-0.25, 0.0]), np.array([0.31, 0.0])]
-    entry = drive_in(face(tmp_path), T_CAMERA_DOCK, aims, ForkConfig())
+    entry = drive_in(face(tmp_path), T_CAMERA_DOCK, aims)
     assert entry.docked
     assert entry.clearance_side == pytest.approx(0.01)
 

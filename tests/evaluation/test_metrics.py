@@ -2,13 +2,11 @@ import numpy as np
 import pytest
 
 from tests.evaluation.tables import missed, row, table, without_pockets
-from warehouse_sim.evaluation.metrics import MetricConfig, accuracy_curve, median_values, pass_values, posecnn_auc
-
-CONFIG = MetricConfig()
+from warehouse_sim.evaluation.metrics import accuracy_curve, median_values, pass_values, posecnn_auc
 
 
 def fractions(*rows):
-    return {name: float(np.nanmean(values)) for name, values in pass_values(table(*rows), CONFIG).items()}
+    return {name: float(np.nanmean(values)) for name, values in pass_values(table(*rows)).items()}
 
 
 def test_accuracy_is_the_share_below_a_part_of_the_diameter_and_misses_count():
@@ -28,7 +26,7 @@ def test_docking_margins_ask_for_clearance_on_both_axes():
 
 
 def test_docking_is_left_out_for_objects_without_pockets():
-    values = pass_values(table(without_pockets(), row()), CONFIG)
+    values = pass_values(table(without_pockets(), row()))
     for name in ("dock_0mm", "dock_gate_20mm_2.9deg", "dock_gate_50mm_3deg"):
         assert np.isnan(values[name]).tolist() == [True, False]
     assert not np.isnan(values["mssd_5cm"]).any()

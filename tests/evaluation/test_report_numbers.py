@@ -3,7 +3,6 @@ import math
 import pytest
 
 from tests.evaluation.tables import row, table
-from warehouse_sim.evaluation.metrics import MetricConfig
 from warehouse_sim.evaluation.report.numbers import (
     NOTHING,
     centimetres,
@@ -13,7 +12,7 @@ from warehouse_sim.evaluation.report.numbers import (
     percent,
     signed,
 )
-from warehouse_sim.evaluation.summary import GroupConfig, summarise
+from warehouse_sim.evaluation.summary import summarise
 
 
 @pytest.mark.parametrize(
@@ -38,7 +37,7 @@ def test_counts_agree_with_their_noun():
 
 
 def test_a_share_cell_has_text_interval_and_bar():
-    summary = summarise("all", table(row(), row(add=1.0)), MetricConfig(), GroupConfig())
+    summary = summarise("all", table(row(), row(add=1.0)))
     cell = fraction_cell(summary, "add_5pct")
     assert (cell["text"], cell["value"]) == ("50.0", 50.0)
     assert 0.0 <= cell["low"] < 50.0 < cell["high"] <= 100.0

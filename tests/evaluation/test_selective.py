@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.evaluation.tables import missed, row, table, without_pockets
-from warehouse_sim.evaluation.summary import GroupConfig
 from warehouse_sim.evaluation.trust import (
     Trust,
     auroc,
@@ -93,7 +92,7 @@ def test_misses_and_estimates_without_a_bound_are_no_part_of_its_coverage():
     rows = [row(scene_id=i, error_bound=0.02, surface_rms=0.01 if i < 18 else 0.03, distance=3.0) for i in range(20)]
     rows += [row(scene_id=30), missed(scene_id=31)]
     found = table(*rows)
-    everywhere, near = bound_coverage(found.select(found.found), GroupConfig())
+    everywhere, near = bound_coverage(found.select(found.found))
     assert (everywhere.label, everywhere.count, everywhere.fraction) == ("all", 20, 0.9)
     assert (near.label, near.count, near.median_bound) == ("2-4 m", 20, 0.02)
     assert everywhere.interval[0] < 0.9 < everywhere.interval[1]
@@ -103,7 +102,7 @@ def test_trust_comes_back_from_its_plain_form():
     rows = [
         row(scene_id=i % 5, score=i / 40, slack_lateral=0.01 if i % 3 else -0.01, error_bound=0.1) for i in range(40)
     ]
-    trust = trust_of(table(*rows, missed()), GroupConfig())
+    trust = trust_of(table(*rows, missed()))
     again = Trust.from_plain(trust.to_plain(), "here")
     assert again.to_plain() == trust.to_plain()
     assert (trust.estimates, trust.failures) == (40, 14)
@@ -111,7 +110,7 @@ def test_trust_comes_back_from_its_plain_form():
 
 
 def test_trust_in_nothing_is_not_known():
-    trust = trust_of(table(missed()), GroupConfig())
+    trust = trust_of(table(missed()))
     assert trust.estimates == 0
     assert Trust.from_plain(trust.to_plain(), "here").to_plain()["auroc"] is None
 

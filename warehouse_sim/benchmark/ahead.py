@@ -13,7 +13,6 @@ from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import WarehouseSimError, WorkerError
-from warehouse_sim.evaluation import ScoreConfig
 from warehouse_sim.generation.executor import Work, make_scenes
 
 OnTask = Callable[[int, int], None]
@@ -46,11 +45,11 @@ class Question:
     @property
     def is_made(self) -> bool:
         """Whether its answer was scored before."""
-        return not self.overwrite and is_scored(self.member, self.condition, self._opened, self.out, ScoreConfig())
+        return not self.overwrite and is_scored(self.member, self.condition, self._opened, self.out)
 
     def make(self) -> object:
         """Predict and score; what is kept is used."""
-        return scored(self.member, self.condition, self._opened, self.out, ScoreConfig(), self.overwrite)
+        return scored(self.member, self.condition, self._opened, self.out, self.overwrite)
 
     @property
     def _opened(self) -> Opened:

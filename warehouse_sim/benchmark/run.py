@@ -33,7 +33,7 @@ from warehouse_sim.errors import (
     TrainingError,
     UnknownNameError,
 )
-from warehouse_sim.evaluation import ScoreConfig, Scores
+from warehouse_sim.evaluation import Scores
 from warehouse_sim.output import write_bytes
 
 Progress = Callable[[float, str], None]
@@ -287,7 +287,7 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, repo
     for member in group.members:
         is_new = (name, member) in run.made_now
         overwrite = run.config.overwrite and not is_new
-        scores, reused = scored(member, condition, opened, run.config.out, ScoreConfig(), overwrite, report)
+        scores, reused = scored(member, condition, opened, run.config.out, overwrite, report)
         run.reused += reused and not is_new
         found.append(scores)
     return Answer(group, name, opened, tuple(found))

@@ -11,12 +11,11 @@ from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
 from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig
-from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import EvaluationError
-from warehouse_sim.evaluation import ScoreConfig, Scores, evaluate, read_scores, write_scores
-from warehouse_sim.evaluation.scores import SCORES_FORMAT
+from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
+from warehouse_sim.evaluation.scores import SCORES_FORMAT, SETTINGS
 from warehouse_sim.output import make_folder
 
 SPLITS = ("test", "val", "train")
@@ -76,7 +75,6 @@ def scored(
     condition: ConditionConfig,
     opened: Opened,
     out: Path,
-    config: ScoreConfig,
     overwrite: bool = False,
     progress: Fraction = lambda fraction, note: None,
 ) -> tuple[Scores, bool]:
@@ -87,7 +85,6 @@ def scored(
         condition: What is evaluated.
         opened: The data.
         out: Folder of the benchmark.
-        config: How answers are scored.
         overwrite: Make predictions and scores again, whatever is kept.
         progress: Called with the fraction of the images that is done.
     """
@@ -98,19 +95,19 @@ def scored(
         make_folder(place)
         predictions.write(csv, estimates)
         keep(place, inputs)
-    place, inputs = _of_scores(member.name, csv, opened, out, config)
+    place, inputs = _of_scores(member.name, csv, opened, out)
     if not overwrite and is_kept(place, inputs):
         with suppress(EvaluationError):
             return read_scores(place), True
-    write_scores(evaluate(csv, opened.made.root, opened.split, config, method=member.name), place)
+    write_scores(evaluate(csv, opened.made.root, opened.split, method=member.name), place)
     keep(place, inputs)
     return read_scores(place), False  # the same numbers as when they are read again
 
 
-def is_scored(member: Entrant, condition: ConditionConfig, opened: Opened, out: Path, config: ScoreConfig) -> bool:
+def is_scored(member: Entrant, condition: ConditionConfig, opened: Opened, out: Path) -> bool:
     """Return whether the scores of an entrant under a condition were made before."""
     place, inputs = _of_predictions(member, condition, opened, out)
-    return is_kept(place, inputs) and is_kept(*_of_scores(member.name, place / _CSV, opened, out, config))
+    return is_kept(place, inputs) and is_kept(*_of_scores(member.name, place / _CSV, opened, out))
 
 
 def _of_predictions(
@@ -121,14 +118,14 @@ def _of_predictions(
     return folder_for(out / "predictions" / opened.made.root.resolve().name, member.name, inputs), inputs
 
 
-def _of_scores(name: str, csv: Path, opened: Opened, out: Path, config: ScoreConfig) -> tuple[Path, dict[str, Any]]:
+def _of_scores(name: str, csv: Path, opened: Opened, out: Path) -> tuple[Path, dict[str, Any]]:
     """Return where scores of predictions are kept, and what they are made of."""
     beside = predictions.uncertainty_file(csv)
     inputs = {
         "predictions": file_digest(csv),
         "uncertainty": file_digest(beside) if beside.is_file() else "",
         "data": opened.reader.digest,
-        "settings": to_mapping(config),
+        "settings": SETTINGS,
         "format": SCORES_FORMAT,
     }
     return folder_for(out / "scores" / opened.made.root.resolve().name, name, inputs), inputs

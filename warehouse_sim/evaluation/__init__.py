@@ -3,7 +3,7 @@
 Nothing here needs a network library, a renderer or a simulator.
 """
 
-from warehouse_sim.evaluation.scores import ScoreConfig, Scores, read_scores, write_scores
+from warehouse_sim.evaluation.scores import Scores, read_scores, write_scores
 from warehouse_sim.evaluation.scoring import evaluate
 
-__all__ = ["ScoreConfig", "Scores", "evaluate", "read_scores", "write_scores"]
+__all__ = ["Scores", "evaluate", "read_scores", "write_scores"]

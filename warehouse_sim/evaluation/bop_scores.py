@@ -82,16 +82,16 @@ def bop_scores(
     """
     kept = _best_of_each_image(predictions)
     to_locate, to_detect = group_by_object(predictions, images), group_by_object(kept, images)
-    recall, precision = {}, {}
+    located, detected = {}, {}
     for name, error_of in {"mssd": _over_diameter(models), "mspd": _over_width(models)}.items():
-        errors = pairwise_errors(to_locate, predictions, error_of, models)
-        recall[name] = _average_recall(to_locate, [errors], predictions, min_visible)
+        located[name] = detected[name] = pairwise_errors(to_locate, predictions, error_of, models)
         if len(kept) < len(predictions):
-            errors = pairwise_errors(to_detect, kept, error_of, models)
-        precision[name] = _mean_precision(to_detect, errors, kept, min_visible)
+            detected[name] = pairwise_errors(to_detect, kept, error_of, models)
+    surfaces = None if seen is None else vsd_errors(to_locate, predictions, models, seen)
+    recall = {name: _average_recall(to_locate, [of], predictions, min_visible) for name, of in located.items()}
+    precision = {name: _mean_precision(to_detect, of, kept, min_visible) for name, of in detected.items()}
     ar_vsd = ar = None
-    if seen is not None:
-        surfaces = vsd_errors(to_locate, predictions, models, seen)
+    if surfaces is not None:
         by_tolerance = [[found[..., tau] for found in surfaces] for tau in range(len(BOP_TAUS))]
         ar_vsd = _average_recall(to_locate, by_tolerance, predictions, min_visible)
         ar = (ar_vsd + recall["mssd"] + recall["mspd"]) / 3.0

@@ -1,7 +1,6 @@
 """Every error of every ground truth that counts: the rows that scores are made of."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -9,13 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
 from warehouse_sim.evaluation.docking.failure import failure_axes
-from warehouse_sim.evaluation.docking.fork import (
-    DockingFace,
-    ForkConfig,
-    approached_face,
-    docking_errors,
-    docking_faces,
-)
+from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face, docking_errors, docking_faces
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
 from warehouse_sim.evaluation.docking.standing import ObjectStanding, Standings, face_columns
@@ -35,27 +28,20 @@ from warehouse_sim.evaluation.pairing import Pair, Place, pair_up
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.schema import PoseEstimate
 
-
-@dataclass(frozen=True)
-class MeasureConfig:
-    """What counts as a ground truth, and what must fit into its pockets."""
-
-    min_visible_fraction: float = 0.1
-    """Ground truths with a smaller visible fraction are left out (0-1), as in BOP."""
-    min_model_points: int = 50
-    """Ground truths whose model is a cloud of fewer points are left out, >= 1: 50, as in the study of 6D poses on KITTI
-    that docs/evaluation.md names, which has figures for 100, too. Those with CAD all count."""
-    fork: ForkConfig = field(default_factory=ForkConfig)
-    """The tines that must enter the pockets."""
+MIN_VISIBLE = 0.1
+"""Ground truths with a smaller visible fraction are left out, as in BOP."""
+MIN_MODEL_POINTS = 50
+"""Ground truths whose model is a cloud of fewer points are left out: 50, as in the study of 6D poses on KITTI that
+docs/evaluation.md names, which has figures for 100, too. Those with CAD all count."""
 
 
 def measure(
     predictions: Sequence[PoseEstimate],
     images: Sequence[ImageRecord],
     objects: Mapping[int, ObjectInfo],
-    config: MeasureConfig,
     illuminance: Mapping[Place, float] | None = None,
     standings: Standings | None = None,
+    min_visible: float = MIN_VISIBLE,
 ) -> ErrorTable:
     """Match predictions to the ground truths of ``images`` and measure the errors of each.
 
@@ -63,15 +49,15 @@ def measure(
         predictions: Estimates; every scene, image and object must be among ``images`` and ``objects``.
         images: Images with their targets.
         objects: Geometry by object id.
-        config: What counts, and how it is measured.
         illuminance: Of the ground truths (lx), as far as it is known.
         standings: How they stand in their scenes; None is not known.
+        min_visible: Visible fraction (0-1) from which a ground truth counts.
 
     Returns:
         One row a counted ground truth, by scene, image and position in the image.
     """
-    models = ErrorModels(objects, config.min_model_points)
-    pairs = pair_up(predictions, images, models, config.min_visible_fraction)
+    models = ErrorModels(objects, MIN_MODEL_POINTS)
+    pairs = pair_up(predictions, images, models, min_visible)
     groups: dict[int, list[Pair]] = {}
     for pair in pairs:
         groups.setdefault(id(models.info(pair.target)), []).append(pair)
@@ -79,7 +65,7 @@ def measure(
     for mine in groups.values():
         target = mine[0].target
         columns = object_columns(
-            mine, predictions, models.info(target), models.points(target), config.fork, standings or Standings()
+            mine, predictions, models.info(target), models.points(target), standings or Standings()
         )
         lux = illuminance or {}
         parts.append(columns | {"illuminance": [lux.get(pair.place, np.nan) for pair in mine]})
@@ -96,7 +82,6 @@ def object_columns(
     predictions: Sequence[PoseEstimate],
     info: ObjectInfo,
     points: ErrorPoints,
-    fork: ForkConfig,
     standings: Standings,
 ) -> dict[str, Any]:
     """Return the columns of some ground truths, each as long as ``pairs``; "illuminance" is left to others.
@@ -106,7 +91,6 @@ def object_columns(
         predictions: All estimates.
         info: The object.
         points: Where its errors are measured.
-        fork: The tines.
         standings: How they stand in their scenes.
     """
     faces, places = docking_faces(info.size, info.pockets), [pair.place for pair in pairs]
@@ -118,7 +102,7 @@ def object_columns(
         "face": np.array([face.name for face in sides]),
         "verdict": [standings.verdict(place, face) for place, face in zip(places, sides, strict=True)],
         "stacked": [int(standings.stacked(place)) for place in places],
-        "clearance": [standings.clearance(place, info, face, fork) for place, face in zip(places, sides, strict=True)],
+        "clearance": [standings.clearance(place, info, face) for place, face in zip(places, sides, strict=True)],
     }
     found = np.flatnonzero(columns["prediction"] >= 0)
     if len(found) == 0:
@@ -133,12 +117,12 @@ def object_columns(
         mine = approached[found] == index
         rows = found[mine]
         if len(rows):
-            lanes = [standings.lane(places[row], info, face, fork) if face.pockets else None for row in rows]
-            _fill(columns, rows, _docking_columns(best[mine], info, face, fork, lanes))
+            lanes = [standings.lane(places[row], info, face) if face.pockets else None for row in rows]
+            _fill(columns, rows, _docking_columns(best[mine], info, face, lanes))
     for row, estimate in zip(found.tolist(), estimates, strict=True):
         if estimate.face is not None:
             stand = ObjectStanding(standings, places[row], info)
-            _fill(columns, row, face_columns(estimate.face, true[row], faces, fork, stand))
+            _fill(columns, row, face_columns(estimate.face, true[row], faces, stand))
     return columns
 
 
@@ -203,17 +187,16 @@ def _docking_columns(
     best: Transforms,
     info: ObjectInfo,
     face: DockingFace,
-    fork: ForkConfig,
     lanes: Sequence[Float[np.ndarray, "m 3 3"] | None],
 ) -> dict[str, Any]:
     """Return what depends on the side that is approached."""
     errors = docking_errors(best, face)
     columns: dict[str, Any] = {name: getattr(errors, name) for name in _OFFSETS}
     if face.pockets:
-        slack = docking_slack(best, face, fork)
+        slack = docking_slack(best, face)
         columns |= {"slack_lateral": slack.lateral, "slack_vertical": slack.vertical, "slack_depth": slack.depth}
-        columns["slack_mesh"] = clearance = _clearance_to_surfaces(best, slack, face, info, lanes, fork)
-        columns["limiting_error"] = failure_axes(errors, slack, face, fork, clearance)
+        columns["slack_mesh"] = clearance = _clearance_to_surfaces(best, slack, face, info, lanes)
+        columns["limiting_error"] = failure_axes(errors, slack, face, clearance)
     return columns
 
 
@@ -223,12 +206,11 @@ def _clearance_to_surfaces(
     face: DockingFace,
     info: ObjectInfo,
     lanes: Sequence[Float[np.ndarray, "m 3 3"] | None],
-    fork: ForkConfig,
 ) -> Float[np.ndarray, " n"]:
     """Return the clearance to the very pallet of each estimate (m); to the nominal pockets where there is no mesh."""
     clearance = np.minimum(slack.lateral, slack.vertical)
     astray, underside = np.isneginf(slack.heel), -float(info.size[2]) / 2.0
     for triangles in {id(lane): lane for lane in lanes if lane is not None}.values():
         rows: Bool[np.ndarray, " n"] = np.array([lane is triangles for lane in lanes]) & ~astray
-        clearance[rows] = mesh_slack(T_object_estimated[rows], face, underside, triangles, fork)
+        clearance[rows] = mesh_slack(T_object_estimated[rows], face, underside, triangles)
     return clearance

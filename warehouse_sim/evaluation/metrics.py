@@ -1,24 +1,19 @@
 """The numbers of a score: fractions of ground truths that pass, areas under curves, and medians."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.evaluation.error_table import ErrorTable
 
-
-@dataclass(frozen=True)
-class MetricConfig:
-    """Thresholds of the scores."""
-
-    diameter_percent: tuple[int, ...] = (2, 5, 10)
-    """Accuracy thresholds as percentages of the object's diameter, each > 0."""
-    docking_margin_mm: tuple[int, ...] = (0, 10, 20)
-    """Clearance (mm) that docking must leave to the walls for the errors of the vehicle's control, each >= 0."""
+DIAMETER_PERCENT = (2, 5, 10)
+"""Accuracy thresholds as percentages of the object's diameter."""
+DOCKING_MARGIN_MM = (0, 10, 20)
+"""Clearance (mm) that docking must leave to the walls for the errors of the vehicle's control."""
 
 
-def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.ndarray, " n"]]:
+def pass_values(table: ErrorTable, percents: Sequence[int] = DIAMETER_PERCENT) -> dict[str, Float[np.ndarray, " n"]]:
     """Return for each fraction-like metric one value in 0-1 a ground truth; nan where it does not apply.
 
     A miss has the value 0. Names: ``<error>_<k>pct`` is the fraction with an error under k % of the diameter,
@@ -32,17 +27,15 @@ def pass_values(table: ErrorTable, config: MetricConfig) -> dict[str, Float[np.n
     values = {}
     errors = {"add": table.add, "add_shape": table.add_shape, "mssd": table.mssd, "add_s": table.add_s}
     for name, error in errors.items():
-        for percent in config.diameter_percent:
+        for percent in percents:
             values[f"{name}_{percent}pct"] = (error < percent / 100.0 * table.diameter).astype(float)
     for centimetres in (2, 5):
         values[f"mssd_{centimetres}cm"] = (table.mssd < centimetres / 100.0).astype(float)
     values["pose_5cm_5deg"] = table.within_5cm_5deg
-    for margin in config.docking_margin_mm:
+    for margin in DOCKING_MARGIN_MM:
         evaluated = table.evaluated(margin / 1000.0)
-        values[f"dock_{margin}mm"] = np.where(evaluated, table.docks(margin / 1000.0).astype(float), np.nan)
-        values[f"dock_nominal_{margin}mm"] = np.where(
-            evaluated, table.docks_nominal(margin / 1000.0).astype(float), np.nan
-        )
+        values[f"dock_{margin}mm"] = np.where(evaluated, table.docks(margin / 1000.0), np.nan)
+        values[f"dock_nominal_{margin}mm"] = np.where(evaluated, table.docks_nominal(margin / 1000.0), np.nan)
     values["dock_gate_20mm_2.9deg"] = _where_dockable(table, _gate(table, 0.020, 2.9, 180.0))
     values["dock_gate_50mm_3deg"] = _where_dockable(table, _gate(table, 0.050, 3.0, 1.0))
     values["auc_add_10cm"] = np.maximum(0.0, 1.0 - table.add / 0.1)

@@ -51,6 +51,11 @@ class ScoredEstimates:
         """Return how messages name one estimate by its position."""
         return f"{self.name}: line {number + 2}" if self.is_file else f"estimate {number}"
 
+    def seconds_per_image(self) -> float | None:
+        """Return the mean time of the estimator, where the predictions hold it."""
+        times = {(item.scene_id, item.image_id): item.time for item in self.estimates if item.time >= 0.0}
+        return round(float(np.mean(list(times.values()))), 6) if times else None
+
     def check(self, images: Sequence[ImageRecord], split: str, reader: DatasetReader) -> None:
         """Reject what cannot be scored: strange images and objects, another unit, poses that no camera sees.
 

@@ -1,6 +1,6 @@
 """What an estimator is worth on one split of one dataset, and the folder that keeps it."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,18 @@ from warehouse_sim.dataset.files.plain import NUMBERS, Span, take, take_if_given
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import DatasetError, EvaluationError, UnknownNameError
 from warehouse_sim.evaluation.bop_scores import BopScores
+from warehouse_sim.evaluation.docking.fork import FORK
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
-from warehouse_sim.evaluation.measure import MeasureConfig
-from warehouse_sim.evaluation.metrics import MetricConfig
-from warehouse_sim.evaluation.summary import GroupConfig, Summary
+from warehouse_sim.evaluation.measure import MIN_MODEL_POINTS, MIN_VISIBLE
+from warehouse_sim.evaluation.metrics import DIAMETER_PERCENT, DOCKING_MARGIN_MM
+from warehouse_sim.evaluation.summary import (
+    DISTANCE_EDGES,
+    ILLUMINANCE_EDGES,
+    RESAMPLES,
+    RESAMPLING_SEED,
+    VISIBLE_FRACTION_EDGES,
+    Summary,
+)
 from warehouse_sim.evaluation.trust import Trust
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import PoseEstimate
@@ -28,16 +36,18 @@ WITHOUT_ACCESSIBILITY = {"evaluated": "all pallets, as not all say which a truck
 """What scores say of a dataset made by others: docking is evaluated of more than a truck can do."""
 
 
-@dataclass(frozen=True)
-class ScoreConfig:
-    """Everything that changes a score besides its two inputs."""
-
-    measure: MeasureConfig = field(default_factory=MeasureConfig)
-    """What counts, and how errors are measured."""
-    metrics: MetricConfig = field(default_factory=MetricConfig)
-    """Thresholds."""
-    groups: GroupConfig = field(default_factory=GroupConfig)
-    """Splits and intervals."""
+SETTINGS: dict[str, Any] = {
+    "measure": {"min_visible_fraction": MIN_VISIBLE, "min_model_points": MIN_MODEL_POINTS, "fork": FORK},
+    "metrics": {"diameter_percent": list(DIAMETER_PERCENT), "docking_margin_mm": list(DOCKING_MARGIN_MM)},
+    "groups": {
+        "distance_edges": list(DISTANCE_EDGES),
+        "visible_fraction_edges": list(VISIBLE_FRACTION_EDGES),
+        "illuminance_edges": list(ILLUMINANCE_EDGES),
+        "bootstrap_resamples": RESAMPLES,
+        "bootstrap_seed": RESAMPLING_SEED,
+    },
+}
+"""What decides a score besides predictions and data, as scores.json states it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +62,7 @@ class Scores:
     dataset: dict[str, Any]
     """Recipe, seed, scenes, split and hash of the manifest; ``WITHOUT_CAD`` and ``WITHOUT_ACCESSIBILITY`` if true."""
     settings: dict[str, Any]
-    """The resolved ``ScoreConfig``."""
+    """``SETTINGS``."""
     counts: dict[str, int]
     """Scenes, images, ground truths that count and that do not, predictions, found, rejected."""
     overall: Summary
@@ -114,10 +124,9 @@ class Scores:
     def summary(self) -> list[str]:
         """Return the lines that a person wants to read first."""
         metrics, counts = self.overall.metrics, self.counts
-        thresholds = self.settings["metrics"]
-        accuracy = [f"{100 * metrics[f'add_{k}pct']:.1f} % under {k} % d" for k in thresholds["diameter_percent"]]
+        accuracy = [f"{100 * metrics[f'add_{k}pct']:.1f} % under {k} % d" for k in DIAMETER_PERCENT]
         words = ", ".join(f"{key}: {self.dataset[key]}" for key in reversed(WITHOUT_CAD) if key in self.dataset)
-        docking = [f"{100 * metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in thresholds["docking_margin_mm"]]
+        docking = [f"{100 * metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in DOCKING_MARGIN_MM]
         lines = [
             f"{self.method} on {self.dataset['recipe']} {self.dataset['split']}: "
             f"{counts['found']} of {counts['ground_truths']} objects found in {counts['images']} images",
@@ -141,7 +150,7 @@ class Scores:
             )
         if self.overall.dockable_count:
             lines.append(f"docking: {', '.join(docking)} of clearance")
-            nominal = [f"{100 * metrics[f'dock_nominal_{k}mm']:.1f} %" for k in thresholds["docking_margin_mm"]]
+            nominal = [f"{100 * metrics[f'dock_nominal_{k}mm']:.1f} %" for k in DOCKING_MARGIN_MM]
             lines.append(f"         by nominal pockets: {', '.join(nominal)}")
         return lines + self._left_out_lines()
 
@@ -162,8 +171,7 @@ class Scores:
             lines.append(f"docking: evaluated on {evaluated} of {pockets} pallets; left out: {reasons}")
         stacks = next((item for item in self.groups.get("stacking", ()) if item.label == "stacked"), None)
         if stacks is not None and stacks.dockable_count:
-            margins = self.settings["metrics"]["docking_margin_mm"]
-            fractions = [f"{100 * stacks.metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in margins]
+            fractions = [f"{100 * stacks.metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in DOCKING_MARGIN_MM]
             lines.append(f"stacks:  {', '.join(fractions)} of {stacks.dockable_count} with a free face")
         return lines
 

@@ -10,7 +10,7 @@ from scipy.stats import rankdata
 from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval
-from warehouse_sim.evaluation.summary import GroupConfig, split_groups
+from warehouse_sim.evaluation.summary import RESAMPLES, RESAMPLING_SEED, split_groups
 
 _DIAMETERS = 0.05
 """An object without pockets is right within this fraction of its diameter (ADD)."""
@@ -189,20 +189,20 @@ class Trust:
         )
 
 
-def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
+def trust_of(table: ErrorTable) -> Trust:
     """Measure the uncertainty behind the estimates of a table, which may be empty."""
     found = table.select(table.found)
-    right, bound = succeeded(found), bound_coverage(found, groups)
+    right, bound = succeeded(found), bound_coverage(found)
     nothing = float("nan")
     if len(found) == 0:
         return Trust(0, 0, nothing, (nothing, nothing), nothing, nothing, (), bound)
-    rng = np.random.default_rng(groups.bootstrap_seed)
+    rng = np.random.default_rng(RESAMPLING_SEED)
     curve = risk_coverage(found.score, right)
     return Trust(
         len(found),
         int((~right).sum()),
         auroc(found.score, right),
-        auroc_interval(found.score, right, found.scene_id, groups.bootstrap_resamples, rng),
+        auroc_interval(found.score, right, found.scene_id, RESAMPLES, rng),
         curve.area,
         least_area(right),
         tuple((fraction, float(curve.risk[np.searchsorted(curve.coverage, fraction - 1e-9)])) for fraction in _AT),
@@ -210,17 +210,17 @@ def trust_of(table: ErrorTable, groups: GroupConfig) -> Trust:
     )
 
 
-def bound_coverage(found: ErrorTable, groups: GroupConfig) -> tuple[BoundCoverage, ...]:
+def bound_coverage(found: ErrorTable) -> tuple[BoundCoverage, ...]:
     """Return how often the stated bounds hold, of all estimates and by distance; ranges with few are left out."""
     nominal = found.select(~np.isnan(found.error_bound))
-    ranges = [("all", np.ones(len(nominal), dtype=bool)), *split_groups(nominal, groups)["distance"]]
+    ranges = [("all", np.ones(len(nominal), dtype=bool)), *split_groups(nominal)["distance"]]
     rows = []
     for label, chosen in ranges:
         part = nominal.select(chosen)
         if len(part) >= _LEAST:
             holds = (part.surface_rms <= part.error_bound).astype(float)
-            rng = np.random.default_rng(groups.bootstrap_seed)
-            interval = fraction_interval(holds, part.scene_id, groups.bootstrap_resamples, rng)
+            rng = np.random.default_rng(RESAMPLING_SEED)
+            interval = fraction_interval(holds, part.scene_id, RESAMPLES, rng)
             width = float(np.median(part.error_bound))
             rows.append(BoundCoverage(label, len(part), float(holds.mean()), interval, width))
     return tuple(rows)

@@ -17,8 +17,9 @@ from warehouse_sim.benchmark.docking.closed_loop.episode import Row
 from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
 from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import GT_MASKS, ORACLE, Runner
-from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS
+from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS, DRIVE
 from warehouse_sim.benchmark.docking.record import Kept
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.render import open_renderer
 
 FOLDER = Path("out") / "closed_loop"
@@ -70,7 +71,7 @@ def main(
             f"python -m benchmarks.docking.closed_loop {' '.join(recipes)} --episodes {episodes} --methods "
             f"{' '.join(methods)}{chosen} --seed {seed} --masks {masks} --min-score {min_score:g} --write"
         )
-        settings = {"drive": asdict(runner.drive), "truck": asdict(runner.truck)}
+        settings = {"drive": asdict(DRIVE), "truck": asdict(TRUCK)}
         settings |= {"drifts": {name: asdict(item) for name, item in DRIFTS.items()}}
         settings |= {"levels": [asdict(item) for item in conditions]}
         of_each = {recipe: rounded(by_level([row for row in rows if row["source"] == recipe])) for recipe in recipes}

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from tests.benchmark.docking.stations import at, estimate, station
+from warehouse_sim.benchmark.docking import drive as driving
 from warehouse_sim.benchmark.docking.drive import Docking, dock
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_THICKNESS
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
 
-TRUCK = TruckConfig()
 PATIENT = replace(TRUCK, max_force=1e9, max_push=10.0)
 """Goes on whatever it strikes."""
 
 
-def drive(place, face: str, truck: TruckConfig = TRUCK, **errors: float) -> Docking:
-    return dock(place, place.face(face), estimate(place, face, **errors), truck, np.random.default_rng(0))
+def drive(place, face: str, **errors: float) -> Docking:
+    return dock(place, place.face(face), estimate(place, face, **errors), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("face", ["-x", "+x", "-y", "+y"])
@@ -37,16 +38,17 @@ def test_a_heel_that_passes_the_face_pushes(face: str, load: float) -> None:
     assert found.by.startswith(("shank", "backrest"))
 
 
-def test_the_push_is_what_the_estimate_is_too_deep_by() -> None:
-    found = drive(station(), "-x", PATIENT, depth=0.2)
-    assert found.push == pytest.approx(0.2 - TRUCK.fork.heel_gap, abs=0.005)
+def test_the_push_is_what_the_estimate_is_too_deep_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(driving, "TRUCK", PATIENT)
+    found = drive(station(), "-x", depth=0.2)
+    assert found.push == pytest.approx(0.2 - HEEL_GAP, abs=0.005)
 
 
-def test_the_force_of_a_slow_push_is_the_friction_of_the_floor() -> None:
+def test_the_force_of_a_slow_push_is_the_friction_of_the_floor(monkeypatch: pytest.MonkeyPatch) -> None:
     place = station(load_kg=100.0)
     mass = 100.0 + place.scene.model_of(place.pallet).mass
-    slow = replace(PATIENT, speed=0.05, force_time=2.0)  # 3 s of pushing
-    found = drive(place, "-x", slow, depth=0.2)
+    monkeypatch.setattr(driving, "TRUCK", replace(PATIENT, speed=0.05, force_time=2.0))  # 3 s of pushing
+    found = drive(place, "-x", depth=0.2)
     # The heels hold the pallet down by their own friction, which the floor answers with more: at most 1 / (1 - mu mu').
     weight, floor, steel = mass * 9.81, TRUCK.friction_floor, TRUCK.friction_steel
     most = floor * weight / (1.0 - floor * steel) * np.hypot(1.0, steel)
@@ -94,7 +96,7 @@ def test_what_a_level_truck_cannot_drive_to_is_rejected() -> None:
     place = station()
     face = place.face("-x")
     over, around = make_transform(rotation_x(np.pi)), make_transform(rotation_z(np.pi))
-    evaluated = [dock(place, face, T, TRUCK, np.random.default_rng(0)) for T in (over, around)]
+    evaluated = [dock(place, face, T, np.random.default_rng(0)) for T in (over, around)]
     assert [(found.outcome, found.by) for found in evaluated] == [("rejected", "upside down"), ("rejected", "reversed")]
 
 
@@ -105,12 +107,12 @@ def test_the_lift_stops_over_the_floor_where_an_estimate_points_up(pitch_deg: fl
 
     def watch(model, data) -> None:
         at = data.body("forks")
-        half = TRUCK.fork.tine_thickness / 2.0
+        half = TINE_THICKNESS / 2.0
         for x in (-2 * half, 0.0):
             lowest.append(float((at.xpos + at.xmat.reshape(3, 3) @ [x, 0.0, -half])[2]))
 
     T = estimate(place, "-x", pitch=np.deg2rad(pitch_deg))
-    found = dock(place, place.face("-x"), T, TRUCK, np.random.default_rng(0), watch)
+    found = dock(place, place.face("-x"), T, np.random.default_rng(0), watch)
     assert "floor" not in found.by
     assert not found.docked  # 1.1 m x 2 deg = 38 mm is more than the clearance above
     assert min(lowest) > 0.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.benchmark.docking.stations import station
+from warehouse_sim.benchmark.docking import record
 from warehouse_sim.benchmark.docking.agreement import causes, confusion, disagreements, swept_docks
 from warehouse_sim.benchmark.docking.questions import (
     AXES,
@@ -18,13 +19,12 @@ from warehouse_sim.benchmark.docking.questions import (
     swept_answer,
     why_not,
 )
-from warehouse_sim.benchmark.docking.record import Record
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.record import Kept, answer
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.docking.world import pieces
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.evaluation.docking import mesh_sweep
 from warehouse_sim.geometry.boxes import OrientedBox
-
-TRUCK = TruckConfig()
 
 
 def evaluated(face, kind: str = "oracle", **errors: float) -> Question:
@@ -37,11 +37,11 @@ def evaluated(face, kind: str = "oracle", **errors: float) -> Question:
 def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
     place = station()
     face = place.face(name)
-    for sign, limit in zip((-1.0, 1.0), limits(face, TRUCK.fork)[axis], strict=True):
+    for sign, limit in zip((-1.0, 1.0), limits(face)[axis], strict=True):
         for fraction, docks in ((0.97, True), (1.03, False)):
-            answer = swept_answer(evaluated(face, **{axis: sign * fraction * limit}), place, TRUCK)
-            clearance = answer["clearance"] | {"mesh": answer["clearance_nominal"]}
-            assert swept_docks({"swept": answer}, nominal=True) is docks is (min(clearance.values()) >= 0.0), (
+            swept = swept_answer(evaluated(face, **{axis: sign * fraction * limit}), place)
+            clearance = swept["clearance"] | {"mesh": swept["clearance_nominal"]}
+            assert swept_docks({"swept": swept}, nominal=True) is docks is (min(clearance.values()) >= 0.0), (
                 sign,
                 fraction,
             )
@@ -49,14 +49,14 @@ def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
 
 def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> None:
     face = station().face("-x")
-    draws = [planted("lateral", face, TRUCK.fork, np.random.default_rng(seed)) for seed in range(200)]
+    draws = [planted("lateral", face, np.random.default_rng(seed)) for seed in range(200)]
     aside = [abs(float(np.linalg.inv(face.T_object_dock)[1] @ T @ face.T_object_dock[:, 3])) for T in draws]
     assert max(aside) == pytest.approx(0.1275, rel=0.03)
     assert 0.4 < np.mean(np.array(aside) < 0.06375) < 0.6
     for kind in KINDS:
-        one, two = (planted(kind, face, TRUCK.fork, np.random.default_rng(5)) for _ in range(2))
+        one, two = (planted(kind, face, np.random.default_rng(5)) for _ in range(2))
         np.testing.assert_array_equal(one, two)
-    np.testing.assert_array_equal(planted("oracle", face, TRUCK.fork, np.random.default_rng(0)), np.eye(4))
+    np.testing.assert_array_equal(planted("oracle", face, np.random.default_rng(0)), np.eye(4))
 
 
 def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
@@ -70,25 +70,26 @@ def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
     assert found == built
 
 
-def test_what_scores_do_not_ask_for_is_left_out() -> None:
+def test_what_scores_do_not_ask_for_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     place = station()
     face = place.face("-x")
-    assert [why_not(place, face, TRUCK, word) for word in ("free", "under a stack")] == ["", ""]
-    assert why_not(place, face, TRUCK, "blocked by rack") == "blocked by rack"
-    thick = replace(TRUCK, fork=replace(TRUCK.fork, tine_thickness=0.11))
-    assert why_not(place, face, thick, "free") == "no clearance for the tines"
+    assert [why_not(place, face, word) for word in ("free", "under a stack")] == ["", ""]
+    assert why_not(place, face, "blocked by rack") == "blocked by rack"
+    monkeypatch.setattr(mesh_sweep, "TINE_THICKNESS", 0.11)
+    assert why_not(place, face, "free") == "no clearance for the tines"
 
 
-def test_what_was_answered_is_not_requested_again(tmp_path) -> None:
+def test_what_was_answered_is_not_requested_again(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
     place, path = station(), tmp_path / "answers.jsonl"
     face = place.face("-x")
-    first = Record(path, TRUCK).answer(evaluated(face), place)
+    first = answer(Kept(path), evaluated(face), place)
     with path.open("a") as file:
         file.write('{"key": "cut sho')  # a run that was stopped
-    again = Record(path, TRUCK)
-    assert again.answer(evaluated(face), place) == json.loads(json.dumps(first))
+    again = Kept(path)
+    assert answer(again, evaluated(face), place) == json.loads(json.dumps(first))
     assert len(path.read_text().splitlines()) == 2
-    other = Record(path, replace(TRUCK, speed=0.15)).answer(evaluated(face), place)
+    monkeypatch.setattr(record, "TRUCK", replace(TRUCK, speed=0.15))
+    other = answer(Kept(path), evaluated(face), place)
     assert other["key"] != first["key"]
 
 

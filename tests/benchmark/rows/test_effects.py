@@ -13,7 +13,6 @@ from warehouse_sim.benchmark.scored import Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import CompareConfig, ConditionConfig, Suite
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.evaluation import ScoreConfig
 
 METRICS = ("add_2pct", "add_10pct", "found")
 
@@ -32,7 +31,7 @@ def answer(data: Path, out: Path, name: str, condition: str, shift: float, every
     file = write_estimates(rows, out / f"{name}.csv")
     group = replace(entrant(str(file)), name=name.split("-")[0])
     opened = Opened(MadeSet("made", data), DatasetReader(data), {})
-    scores, _ = scored(group.members[0], ConditionConfig("made"), opened, out, ScoreConfig())
+    scores, _ = scored(group.members[0], ConditionConfig("made"), opened, out)
     return Answer(group, condition, opened, (scores,))
 
 

@@ -9,7 +9,7 @@ import pytest
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.results.predictions import attach_faces, face_path, write_faces
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.docking.fork import ForkConfig, docking_faces
+from warehouse_sim.evaluation.docking.fork import docking_faces
 from warehouse_sim.evaluation.docking.standing import face_columns
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import PalletFace, Pocket, PoseEstimate
@@ -38,7 +38,7 @@ def made_face(shift: tuple[float, float, float] = (0.0, 0.0, 0.0), aside: float 
 
 
 def columns(of: PalletFace) -> dict:
-    return face_columns(of, T_CAMERA_OBJECT, docking_faces(SIZE, POCKETS), ForkConfig())
+    return face_columns(of, T_CAMERA_OBJECT, docking_faces(SIZE, POCKETS))
 
 
 def test_the_clearance_is_what_pocket_and_tine_leave() -> None:

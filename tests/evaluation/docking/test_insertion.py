@@ -10,10 +10,9 @@ from tests.evaluation.pallet import SIZE, nudge, pockets, random_motion
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.evaluation.docking.failure import failure_axes
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors, docking_faces
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors, docking_faces
 from warehouse_sim.evaluation.docking.insertion import docking_slack, insertion_depth
 
-FORK = ForkConfig()
 TINE = (0.100, 0.040)
 HEEL, TIP = -0.05, 1.10
 """Where the ends of the tines stop behind the estimated face (m)."""
@@ -38,18 +37,18 @@ def moved(face, motion):
     return (T_dock @ motion @ np.linalg.inv(T_dock))[None]
 
 
-def docks(face, T, fork=FORK):
-    slack = docking_slack(T, face, fork)
+def docks(face, T):
+    slack = docking_slack(T, face)
     return bool(min(slack.lateral[0], slack.vertical[0], slack.depth[0]) >= 0.0)
 
 
 def walls(face, **motion):
-    slack = docking_slack(at_entry(face, **motion), face, FORK)
+    slack = docking_slack(at_entry(face, **motion), face)
     return slack.lateral[0], slack.vertical[0]
 
 
-def failure(face, T, fork=FORK):
-    return failure_axes(docking_errors(T, face), docking_slack(T, face, fork), face, fork)[0]
+def failure(face, T):
+    return failure_axes(docking_errors(T, face), docking_slack(T, face), face)[0]
 
 
 def clearance_by_programming(T_pocket_tine, size):
@@ -75,7 +74,7 @@ def test_clearance_to_the_walls_is_that_of_linear_programming():
         rng = np.random.default_rng([index, round(1000 * D)])
         for number in (index % 3, 3 + index % 3):  # from small motions to large, in turn
             T = moved(face, random_motion(rng, angle=0.03 + 0.1 * number, offset=0.05 + 0.15 * number))
-            slack = docking_slack(T, face, FORK)
+            slack = docking_slack(T, face)
             clearances = [
                 clearance_by_programming(np.linalg.inv(p.T_object_pocket) @ T[0] @ p.T_object_pocket, p.size)
                 for p in face.pockets
@@ -151,7 +150,7 @@ def test_no_symmetry_of_the_pockets_saves_a_pose_that_is_upside_down_or_reversed
 
 
 def test_a_perfect_estimate_leaves_the_clearance_of_the_epal_drawing():
-    slack = docking_slack(at_entry(SHORT_SIDE), SHORT_SIDE, FORK)
+    slack = docking_slack(at_entry(SHORT_SIDE), SHORT_SIDE)
     assert (slack.lateral[0], slack.vertical[0]) == pytest.approx((0.06375, 0.030))
     assert (slack.heel[0], slack.tips[0]) == pytest.approx((0.05, 1.10 - 0.8))
     assert walls(LONG_SIDE) == pytest.approx((0.14125, 0.030))
@@ -188,8 +187,8 @@ def test_the_way_from_the_true_to_the_estimated_entry_is_swept_too():
 
 
 def test_the_pocket_limits_how_deep_a_tine_is_swept():
-    assert insertion_depth(SHORT_SIDE.pockets[0], FORK) == pytest.approx(1.10)
-    assert insertion_depth(LONG_SIDE.pockets[0], FORK) == 0.8
+    assert insertion_depth(SHORT_SIDE.pockets[0]) == pytest.approx(1.10)
+    assert insertion_depth(LONG_SIDE.pockets[0]) == 0.8
     pitch = np.deg2rad(1.0)
     # 80 cm in, where the lower side of the tine leaves the pallet, it has risen by 0.8 tan(pitch).
     expected = 0.050 - 0.8 * np.tan(pitch) - 0.02 / np.cos(pitch)
@@ -198,42 +197,28 @@ def test_the_pocket_limits_how_deep_a_tine_is_swept():
 
 def test_a_sloping_heel_touches_with_its_foremost_edge():
     # The tines point down by 3 degrees: the upper edge of their heel is 20 sin(3 deg) mm ahead.
-    slack = docking_slack(at_entry(LONG_SIDE, pitch=np.deg2rad(3.0)), LONG_SIDE, FORK)
+    slack = docking_slack(at_entry(LONG_SIDE, pitch=np.deg2rad(3.0)), LONG_SIDE)
     assert slack.heel[0] == pytest.approx(0.05 * np.cos(np.deg2rad(3.0)) - 0.02 * np.sin(np.deg2rad(3.0)))
 
 
 def test_a_pallet_taken_for_its_quarter_turn_cannot_be_docked():
     quarter = nudge(yaw=np.pi / 2)[None]
-    assert docking_slack(quarter, SHORT_SIDE, FORK).lateral[0] < -0.1
+    assert docking_slack(quarter, SHORT_SIDE).lateral[0] < -0.1
     assert not docks(SHORT_SIDE, quarter)
 
 
 def test_tines_that_stay_outside_touch_no_wall_and_are_too_short():
     T = at_entry(SHORT_SIDE, x=-1.2, y=0.5)
-    slack = docking_slack(T, SHORT_SIDE, FORK)
+    slack = docking_slack(T, SHORT_SIDE)
     assert slack.lateral[0] == np.inf
     assert failure(SHORT_SIDE, T) == "too_short"
-
-
-def test_a_fork_that_is_too_short_for_a_pallet_lifts_nothing():
-    stub = ForkConfig(tine_length=0.8)
-    assert not docks(SHORT_SIDE, at_entry(SHORT_SIDE), stub)
-    assert failure(SHORT_SIDE, at_entry(SHORT_SIDE), stub) == "too_short"
-    assert docks(LONG_SIDE, at_entry(LONG_SIDE), stub)
-    assert docks(SHORT_SIDE, at_entry(SHORT_SIDE), ForkConfig(tine_length=0.8, min_insertion=0.6))
 
 
 def test_tips_must_reach_into_the_object_however_short_its_pockets_are():
     pocket = SHORT_SIDE.pockets[0]
     blind = DockingFace("-x", pocket.T_object_pocket, 1.2, (replace(pocket, size=np.array([0.5, 0.2275, 0.1])),))
-    assert docking_slack(at_entry(blind), blind, FORK).tips[0] == pytest.approx(1.10 - 2 / 3 * 1.2)
+    assert docking_slack(at_entry(blind), blind).tips[0] == pytest.approx(1.10 - 2 / 3 * 1.2)
     assert failure(blind, at_entry(blind, x=-0.31)) == "too_short"
-
-
-def test_the_heel_gap_is_a_setting():
-    close, far = ForkConfig(heel_gap=0.0), ForkConfig(heel_gap=0.2)
-    assert not docks(SHORT_SIDE, at_entry(SHORT_SIDE, x=0.001), close)
-    assert docks(SHORT_SIDE, at_entry(SHORT_SIDE, x=0.199), far)
 
 
 @pytest.mark.parametrize(

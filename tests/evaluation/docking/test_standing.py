@@ -10,10 +10,11 @@ from tests.evaluation.made_dataset import estimates_of, make_dataset, write_esti
 from tests.evaluation.tables import missed, row, table, without_pockets
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.dataset.objects import object_info
-from warehouse_sim.evaluation.docking.fork import ForkConfig, approached_face, docking_faces
+from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.docking.standing import Standings
-from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
-from warehouse_sim.evaluation.scoring import docking_left_out, evaluate
+from warehouse_sim.evaluation.metrics import pass_values
+from warehouse_sim.evaluation.scoring import evaluate
+from warehouse_sim.evaluation.summary import docking_left_out
 from warehouse_sim.geometry.pose import make_transform
 
 FACES = ("-x", "+x", "-y", "+y")
@@ -95,7 +96,7 @@ def test_a_side_that_never_has_a_margin_is_left_out_of_it() -> None:
     """Notches of the 48 inch side of a GMA pallet are 54 mm high: 7 mm above and below a tine of 40 mm."""
     model = catalog_object("gma_48x40")
     clearances = {
-        face.name: Standings().clearance((0, 0, 0), _info(model), face, ForkConfig())
+        face.name: Standings().clearance((0, 0, 0), _info(model), face)
         for face in docking_faces(model.size, model.pockets)
     }
     assert clearances["-y"] == clearances["+y"] == pytest.approx((0.0254 * (0.625 + 1.5) - 0.040) / 2)
@@ -105,11 +106,11 @@ def test_a_side_that_never_has_a_margin_is_left_out_of_it() -> None:
         row(),
         missed(clearance=clearances["-y"]),
     )
-    got = pass_values(rows, MetricConfig())
+    got = pass_values(rows)
     assert got["dock_0mm"].tolist() == [1.0, 1.0, 0.0]
     for name in ("dock_10mm", "dock_20mm", "dock_nominal_10mm", "dock_nominal_20mm"):
         assert np.isnan(got[name]).tolist() == [True, False, True]
-    assert docking_left_out(rows, (0, 10, 20)) == {"no clearance for 10 mm": 2, "no clearance for 20 mm": 2}
+    assert docking_left_out(rows) == {"no clearance for 10 mm": 2, "no clearance for 20 mm": 2}
 
 
 def test_reasons_are_counted_once() -> None:
@@ -118,7 +119,7 @@ def test_reasons_are_counted_once() -> None:
         row(verdict="under a stack", stacked=1), row(verdict="leaning"), row(verdict="blocked by rack"),
         without_pockets(),
     )  # fmt: skip
-    assert docking_left_out(rows, (0, 10, 20)) == {"stacked": 2, "blocked by rack": 2, "leaning": 1}
+    assert docking_left_out(rows) == {"stacked": 2, "blocked by rack": 2, "leaning": 1}
     assert rows.dockable.tolist() == [True] + [False] * 6
     stacks = rows.as_stacks()
     assert stacks.dockable.tolist() == [False, True]
@@ -126,7 +127,7 @@ def test_reasons_are_counted_once() -> None:
 
 def test_the_mesh_and_the_nominal_pockets_are_both_said() -> None:
     rows = table(row(slack_mesh=-0.001), row(slack_vertical=-0.001, slack_mesh=0.004), row())
-    got = pass_values(rows, MetricConfig())
+    got = pass_values(rows)
     assert got["dock_0mm"].tolist() == [0.0, 1.0, 1.0]
     assert got["dock_nominal_0mm"].tolist() == [1.0, 0.0, 1.0]
 

@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.docking.world import FORKS, LOAD, PALLET, build, heading, nearest_along
-from warehouse_sim.evaluation.docking.fork import DockingFace
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_LENGTH, TINE_THICKNESS, DockingFace
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, invert, rotation_angle, transform_points
 
@@ -53,7 +53,6 @@ def dock(
     station: Station,
     face: DockingFace,
     T_object_estimated: Transform,
-    truck: TruckConfig,
     rng: np.random.Generator,
     watch: Watcher | None = None,
 ) -> Docking:
@@ -66,39 +65,38 @@ def dock(
         station: The true pallet and what is around it.
         face: The side that is approached.
         T_object_estimated: The estimate in the true object frame, under the best symmetry.
-        truck: The truck.
         rng: Where the forks hang in the play of the sideshifter.
         watch: Sees the model at every look.
     """
     T_world_dock = station.pallet.T_world_object @ T_object_estimated @ face.T_object_dock
-    problem = _rejection(station, face, T_world_dock, truck)
+    problem = _rejection(station, face, T_world_dock)
     if problem:
         return Docking("rejected", problem)
     aside = [(invert(face.T_object_dock) @ pocket.T_object_pocket)[1, 3] for pocket in face.pockets]
-    model = build(station, truck, T_world_dock, np.array(aside))
+    model = build(station, T_world_dock, np.array(aside))
     corners = transform_points(station.pallet.T_world_object, box_corners(station.scene.model_of(station.pallet).size))
-    stop = -truck.fork.heel_gap
-    start = min(nearest_along(T_world_dock, corners) - truck.start_gap - truck.fork.tine_length, stop)
-    run = _Run(model, station, truck, T_world_dock, watch)
-    return run.all(start, stop, float(rng.uniform(-truck.side_play, truck.side_play)), face)
+    stop = -HEEL_GAP
+    start = min(nearest_along(T_world_dock, corners) - TRUCK.start_gap - TINE_LENGTH, stop)
+    run = _Run(model, station, T_world_dock, watch)
+    return run.all(start, stop, float(rng.uniform(-TRUCK.side_play, TRUCK.side_play)), face)
 
 
-def _rejection(station: Station, face: DockingFace, T_world_dock: Transform, truck: TruckConfig) -> str:
+def _rejection(station: Station, face: DockingFace, T_world_dock: Transform) -> str:
     """Return why the truck knows, without touching anything, that it cannot drive to an estimate."""
     true = station.pallet.T_world_object @ face.T_object_dock
     if T_world_dock[2, 2] <= 0.0:
         return "upside down"
     if T_world_dock[:3, 0] @ true[:3, 0] <= 0.0:  # it stands before this side and would have to come out of it
         return "reversed"
-    low, high = truck.max_tilt
+    low, high = TRUCK.max_tilt
     return "" if low <= heading(T_world_dock)[1] <= high else "beyond the tilt of the mast"
 
 
-def _lowest(T_world_dock: Transform, truck: TruckConfig) -> float:
+def _lowest(T_world_dock: Transform) -> float:
     """Return the least way of the lift, counted from the dock frame (m)."""
-    pitch, thickness = heading(T_world_dock)[1], truck.fork.tine_thickness
+    pitch, thickness = heading(T_world_dock)[1], TINE_THICKNESS
     under = thickness / 2.0 * np.cos(pitch) + thickness * max(np.sin(pitch), 0.0)
-    return float(truck.lowest + under - T_world_dock[2, 3])
+    return float(TRUCK.lowest + under - T_world_dock[2, 3])
 
 
 class _Run:
@@ -108,16 +106,15 @@ class _Run:
         self,
         model: mujoco.MjModel,
         station: Station,
-        truck: TruckConfig,
         T_world_dock: Transform,
         watch: Watcher | None,
     ) -> None:
-        self.model, self.data, self.truck, self.watch = model, mujoco.MjData(model), truck, watch
+        self.model, self.data, self.watch = model, mujoco.MjData(model), watch
         self.pitch = heading(T_world_dock)[1]
-        self.lowest = _lowest(T_world_dock, truck)
+        self.lowest = _lowest(T_world_dock)
         self.corners = box_corners(station.scene.model_of(station.pallet).size)
         self.of_forks = np.array([model.geom(index).name.startswith(FORKS) for index in range(model.ngeom)])
-        self.recent: deque[float] = deque(maxlen=max(round(truck.force_time / model.opt.timestep), 1))
+        self.recent: deque[float] = deque(maxlen=max(round(TRUCK.force_time / model.opt.timestep), 1))
         self.force = self.push = 0.0
         self.touched = ""
 
@@ -136,9 +133,9 @@ class _Run:
         return Docking(outcome, self.touched, self.force, self.push, inside, float(data.time))
 
     def _drive_in(self, start: float, stop: float) -> Outcome | None:
-        looks = int(np.ceil(((stop - start) / self.truck.speed + _HOLD) / (_LOOK_EVERY * self.model.opt.timestep)))
+        looks = int(np.ceil(((stop - start) / TRUCK.speed + _HOLD) / (_LOOK_EVERY * self.model.opt.timestep)))
         for look in range(looks):
-            self._send(min(start + (look + 1) * _LOOK_EVERY * self.model.opt.timestep * self.truck.speed, stop))
+            self._send(min(start + (look + 1) * _LOOK_EVERY * self.model.opt.timestep * TRUCK.speed, stop))
             for _ in range(_LOOK_EVERY):
                 self._steps(1)
                 self._feel()
@@ -153,39 +150,39 @@ class _Run:
         force, by = self._force_of_forks()
         self.recent.append(force)
         self.touched = by or self.touched
-        self.force = max(self.force, sum(self.recent) / self.truck.force_time * self.model.opt.timestep)
+        self.force = max(self.force, sum(self.recent) / TRUCK.force_time * self.model.opt.timestep)
 
     def _failure(self) -> Outcome | None:
         """Look at the pallet while the forks go in."""
         moved = transform_points(self._pose(PALLET), self.corners) - transform_points(self.before, self.corners)
         self.push = max(self.push, float(np.linalg.norm(moved, axis=1).max()))
-        if self.force > self.truck.max_force:
+        if self.force > TRUCK.max_force:
             return "struck"
-        return "pushed" if self.push > self.truck.max_push else None
+        return "pushed" if self.push > TRUCK.max_push else None
 
     def _lift(self) -> Outcome:
         """Lift until the pallet is up, hold, and look at pallet and load."""
-        data, truck = self.data, self.truck
+        data = self.data
         at, load = self._pose(PALLET), self._load_on_pallet()
         look = _LOOK_EVERY * self.model.opt.timestep
         bottom = float(data.actuator("lift").ctrl[0])
-        for count in range(int(truck.max_lift / truck.lift_speed / look)):
-            data.actuator("lift").ctrl = bottom + (count + 1) * look * truck.lift_speed
+        for count in range(int(TRUCK.max_lift / TRUCK.lift_speed / look)):
+            data.actuator("lift").ctrl = bottom + (count + 1) * look * TRUCK.lift_speed
             self._steps(_LOOK_EVERY)
             self._show()
-            if self._risen(at) >= truck.raised or self._leans(at):
+            if self._risen(at) >= TRUCK.raised or self._leans(at):
                 break
         self._steps(round(_HOLD / self.model.opt.timestep))
         now = self._pose(PALLET)
-        if self._leans(at) or np.linalg.norm(now[:2, 3] - at[:2, 3]) > truck.max_slip:
+        if self._leans(at) or np.linalg.norm(now[:2, 3] - at[:2, 3]) > TRUCK.max_slip:
             return "fell"
-        if self._risen(at) < truck.raised / 2.0:
+        if self._risen(at) < TRUCK.raised / 2.0:
             return "not lifted"
         if load is not None:
             slipped = invert(load) @ self._load_on_pallet()
             if (
-                np.linalg.norm(slipped[:3, 3]) > truck.max_slip
-                or rotation_angle(slipped[:3, :3], np.eye(3)) > truck.max_lean
+                np.linalg.norm(slipped[:3, 3]) > TRUCK.max_slip
+                or rotation_angle(slipped[:3, :3], np.eye(3)) > TRUCK.max_lean
             ):
                 return "fell"
         return "docked"
@@ -196,7 +193,7 @@ class _Run:
         return float((now - transform_points(at, self.corners))[:, 2].min())
 
     def _leans(self, at: Transform) -> bool:
-        return bool(self._pose(PALLET)[:3, 2] @ at[:3, 2] < np.cos(self.truck.max_lean))
+        return bool(self._pose(PALLET)[:3, 2] @ at[:3, 2] < np.cos(TRUCK.max_lean))
 
     def _load_on_pallet(self) -> Transform | None:
         if mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, LOAD) < 0:
@@ -225,7 +222,7 @@ class _Run:
 
     def _inside(self, face: DockingFace) -> float:
         forks = self.data.body(FORKS)
-        tips = forks.xpos + forks.xmat.reshape(3, 3) @ [self.truck.fork.tine_length, 0.0, 0.0]
+        tips = forks.xpos + forks.xmat.reshape(3, 3) @ [TINE_LENGTH, 0.0, 0.0]
         return float((invert(self._pose(PALLET) @ face.T_object_dock) @ np.append(tips, 1.0))[0])
 
     def _send(self, place: float) -> None:

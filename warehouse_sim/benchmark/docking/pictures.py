@@ -10,7 +10,6 @@ from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question
 from warehouse_sim.benchmark.docking.record import stream
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.render.mujoco.device import choose_platform, open_device
 
 _COLOURS = {
@@ -21,14 +20,13 @@ _SIZE = (480, 640)
 _MOST_GEOMS = 5000
 
 
-def picture(path: Path, question: Question, station: Station, truck: TruckConfig, lines: list[str]) -> None:
+def picture(path: Path, question: Question, station: Station, lines: list[str]) -> None:
     """Simulate a docking once more and draw its end from the side and from above.
 
     Args:
         path: PNG file.
         question: What was evaluated.
         station: Where.
-        truck: The truck.
         lines: What stands under the picture.
     """
     last: list[tuple[mujoco.MjModel, np.ndarray]] = []
@@ -37,7 +35,7 @@ def picture(path: Path, question: Question, station: Station, truck: TruckConfig
         last[:] = [(model, data.qpos.copy())]
 
     face = station.face(question.face)
-    dock(station, face, question.T_object_estimated, truck, stream(question), keep)
+    dock(station, face, question.T_object_estimated, stream(question), keep)
     if not last:
         return
     model, qpos = last[0]

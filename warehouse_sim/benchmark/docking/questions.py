@@ -6,9 +6,16 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.evaluation.docking.failure import failure_axes
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking.fork import (
+    HEEL_GAP,
+    MIN_INSERTION,
+    REACH,
+    TINE_THICKNESS,
+    TINE_WIDTH,
+    DockingFace,
+    docking_errors,
+)
 from warehouse_sim.evaluation.docking.insertion import docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
@@ -39,47 +46,44 @@ class Question:
         return {name: getattr(self, name) for name in names}
 
 
-def why_not(station: Station, face: DockingFace, truck: TruckConfig, verdict: str) -> str:
+def why_not(station: Station, face: DockingFace, verdict: str) -> str:
     """Return why docking is not evaluated for this pallet from this side, as the scores have it; "" where it does.
 
     Args:
         station: The pallet.
         face: The side.
-        truck: Its tines must fit, worn as the pallet is.
         verdict: What accessibility says of that side.
     """
     if verdict not in (FREE, UNDER_A_STACK):
         return verdict
-    clearance = clearances(station, face, truck, np.eye(4))
+    clearance = clearances(station, face, np.eye(4))
     return "" if min(clearance.values()) >= 0.0 else "no clearance for the tines"
 
 
-def clearances(
-    station: Station, face: DockingFace, truck: TruckConfig, T_object_estimated: Transform
-) -> dict[str, float]:
+def clearances(station: Station, face: DockingFace, T_object_estimated: Transform) -> dict[str, float]:
     """Return the clearance (m) that an estimate leaves: to the pallet's own mesh ("mesh"), and along the tines."""
-    slack = docking_slack(T_object_estimated[None], face, truck.fork)
+    slack = docking_slack(T_object_estimated[None], face)
     model = station.scene.model_of(station.pallet)
-    lanes = lane_triangles(model.mesh(), face, truck.fork)
-    mesh = mesh_slack(T_object_estimated[None], face, -float(model.size[2]) / 2.0, lanes, truck.fork)
+    lanes = lane_triangles(model.mesh(), face)
+    mesh = mesh_slack(T_object_estimated[None], face, -float(model.size[2]) / 2.0, lanes)
     astray = np.isneginf(slack.heel)
     found = {"mesh": np.where(astray, -np.inf, mesh), "heel": slack.heel, "tips": slack.tips}
     return {name: float(value[0]) for name, value in found.items()}
 
 
-def swept_answer(question: Question, station: Station, truck: TruckConfig) -> dict[str, Any]:
+def swept_answer(question: Question, station: Station) -> dict[str, Any]:
     """Return the swept-volume check's answer, with the clearances (m) and errors (m, rad) behind it."""
     face = station.face(question.face)
     estimated = question.T_object_estimated[None]
-    slack, errors = docking_slack(estimated, face, truck.fork), docking_errors(estimated, face)
-    clearance = clearances(station, face, truck, question.T_object_estimated)
+    slack, errors = docking_slack(estimated, face), docking_errors(estimated, face)
+    clearance = clearances(station, face, question.T_object_estimated)
     at_walls = float(np.minimum(slack.lateral, slack.vertical)[0])
     return {
         "docks": bool(min(clearance.values()) >= 0.0),
         "clearance": {name: value if np.isfinite(value) else None for name, value in clearance.items()},
         "clearance_nominal": at_walls if np.isfinite(at_walls) else None,
-        "gt_clearance": clearances(station, face, truck, np.eye(4))["mesh"],
-        "limiting_error": failure_axes(errors, slack, face, truck.fork, np.array([clearance["mesh"]]))[0],
+        "gt_clearance": clearances(station, face, np.eye(4))["mesh"],
+        "limiting_error": failure_axes(errors, slack, face, np.array([clearance["mesh"]]))[0],
         "errors": {
             name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch", "roll")
         },
@@ -94,28 +98,28 @@ _ALONE, _TOGETHER = 2.0, 0.7
 """Errors are uniform up to this fraction of their limit, when alone and when all five come together."""
 
 
-def planted(kind: str, face: DockingFace, fork: ForkConfig, rng: np.random.Generator) -> Transform:
+def planted(kind: str, face: DockingFace, rng: np.random.Generator) -> Transform:
     """Return an estimate in the true object frame with an error of this kind, drawn from ``rng``."""
     errors = dict.fromkeys(AXES, 0.0)
     if kind == "too deep":
         errors["depth"] = _DEEP
     for name in AXES if kind == "all" else (kind,) if kind in AXES else ():
-        below, above = limits(face, fork)[name]
+        below, above = limits(face)[name]
         fraction = float(rng.uniform(-1.0, 1.0)) * (_TOGETHER if kind == "all" else _ALONE)
         errors[name] = fraction * (above if fraction > 0.0 else below)
     return misplaced(face, **errors)
 
 
-def limits(face: DockingFace, fork: ForkConfig) -> dict[str, tuple[float, float]]:
+def limits(face: DockingFace) -> dict[str, tuple[float, float]]:
     """Return how far each error alone may go, below and above 0 (m, rad), both positive, in the middle of a pocket."""
     clear = np.min([pocket.size for pocket in face.pockets], axis=0)
-    beside, above = (clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0
-    inside = min(float(clear[0]), fork.reach)
-    short = max(fork.reach - fork.min_insertion * face.depth, 0.0)
+    beside, above = (clear[1:] - [TINE_WIDTH, TINE_THICKNESS]) / 2.0
+    inside = min(float(clear[0]), REACH)
+    short = max(REACH - MIN_INSERTION * face.depth, 0.0)
     return {
         "lateral": (beside, beside),
         "vertical": (above, above),
-        "depth": (short, fork.heel_gap),
+        "depth": (short, HEEL_GAP),
         "yaw": (beside / inside, beside / inside),
         "pitch": (above / inside, above / inside),
     }

@@ -15,7 +15,7 @@ from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.sources import Source
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.rows.simulated import Verdict
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.schema.things import is_damaged
@@ -55,16 +55,10 @@ class Kept:
         return kept
 
 
-class Record:
-    """The answers in a file."""
-
-    def __init__(self, path: Path, truck: TruckConfig) -> None:
-        self.truck, self._kept = truck, Kept(path)
-
-    def answer(self, question: Question, station: Station) -> Row:
-        """Return what both judges say of a question; the simulation runs if it has not before."""
-        key = _key(question, station, self.truck)
-        return self._kept[key] if key in self._kept else self._kept.add(key, _ask(question, station, self.truck))
+def answer(kept: Kept, question: Question, station: Station) -> Row:
+    """Return what both judges say of a question; the simulation runs if it has not before."""
+    key = _key(question, station)
+    return kept[key] if key in kept else kept.add(key, _ask(question, station))
 
 
 def stream(question: Question) -> np.random.Generator:
@@ -73,10 +67,10 @@ def stream(question: Question) -> np.random.Generator:
     return np.random.default_rng(list(digest[:8]))
 
 
-def _ask(question: Question, station: Station, truck: TruckConfig) -> Row:
+def _ask(question: Question, station: Station) -> Row:
     face = station.face(question.face)
     start = time.process_time()
-    answer = dock(station, face, question.T_object_estimated, truck, stream(question))
+    found = dock(station, face, question.T_object_estimated, stream(question))
     seconds = time.process_time() - start
     return {
         **question.place,
@@ -84,15 +78,15 @@ def _ask(question: Question, station: Station, truck: TruckConfig) -> Row:
         "load_kg": float(sum(station.scene.model_of(item).mass for item in station.load)),
         "height": float(station.pallet.T_world_object[2, 3]),
         "damaged": is_damaged(station.pallet.model),
-        "swept": swept_answer(question, station, truck),
-        "simulated": asdict(answer),
+        "swept": swept_answer(question, station),
+        "simulated": asdict(found),
         "cpu_s": seconds,
     }
 
 
-def _key(question: Question, station: Station, truck: TruckConfig) -> str:
+def _key(question: Question, station: Station) -> str:
     """Digest what the answer depends on: the question, the pallet, where it stands, and the truck."""
-    settings = json.dumps([question.place, asdict(truck), station.pallet.model], sort_keys=True)
+    settings = json.dumps([question.place, asdict(TRUCK), station.pallet.model], sort_keys=True)
     poses = np.round(np.stack([question.T_object_estimated, station.pallet.T_world_object]), 9) + 0.0
     return hashlib.sha256(settings.encode() + poses.tobytes()).hexdigest()[:20]
 
@@ -106,9 +100,8 @@ def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequ
         split: Which images.
         most: How many poses, about as many of each scene; which pallets does not depend on who predicts.
     """
-    truck = TruckConfig()
     scenes = {image.scene_id for image in DatasetReader(data).images(split)}
-    source = Source(f"{data}={predictions}", truck, split=split, a_scene=-(-most // max(len(scenes), 1)))
-    record = Record(predictions.parent / "answers.jsonl", truck)
-    rows = [record.answer(question, station) for question, station in source.questions(most)]
+    source = Source(f"{data}={predictions}", split=split, a_scene=-(-most // max(len(scenes), 1)))
+    kept = Kept(predictions.parent / "answers.jsonl")
+    rows = [answer(kept, question, station) for question, station in source.questions(most)]
     return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]

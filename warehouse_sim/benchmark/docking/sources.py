@@ -14,7 +14,6 @@ from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.questions import KINDS, Question, planted, why_not
 from warehouse_sim.benchmark.docking.station import Station, station_of
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
@@ -51,7 +50,6 @@ class Source:
     """One RUN of the command line: ``RECIPE``, ``DATA`` or ``DATA=PREDICTIONS.csv``."""
 
     name: str
-    truck: TruckConfig
     seed: int = 0
     split: str = "test"
     a_scene: int | None = None
@@ -96,7 +94,7 @@ class Source:
             station = station_of(scene, instance, solids)
             face = station.face(name)
             if (instance, name) not in evaluated:
-                evaluated[instance, name] = why_not(station, face, self.truck, reach[instance].faces[name])
+                evaluated[instance, name] = why_not(station, face, reach[instance].faces[name])
                 reason = evaluated[instance, name]
                 if reason:
                     self.left_out[reason] = self.left_out.get(reason, 0) + 1
@@ -106,7 +104,7 @@ class Source:
                 # Each question has a stream of its own, so that it is the same whatever was evaluated before.
                 stream = [self.seed, scene.scene_index, instance, zlib.crc32(f"{name} {kind_evaluated}".encode())]
                 rng = np.random.default_rng(stream)
-                T = planted(kind_evaluated, face, self.truck.fork, rng) if estimate is None else estimate
+                T = planted(kind_evaluated, face, rng) if estimate is None else estimate
                 yield Question(self.label, scene.scene_index, image, instance, name, kind_evaluated, T), station
 
     def _scenes(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:

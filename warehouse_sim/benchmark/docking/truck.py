@@ -6,14 +6,14 @@ but for ``lowest``: without it an estimate that is pitched up sent the heels thr
 
 from dataclasses import dataclass, field
 
-from warehouse_sim.evaluation.docking.fork import ForkConfig
+from warehouse_sim.evaluation.docking.fork import FORK
 
 
 @dataclass(frozen=True)
-class TruckConfig:
+class Truck:
     """A level truck with forks on a carriage, and the limits that make a docking fail."""
 
-    fork: ForkConfig = field(default_factory=ForkConfig)
+    fork: dict[str, float] = field(default_factory=lambda: dict(FORK))
     """Tines of 100 x 40 x 1150 mm (ISO 2330, class 2A), heel 5 cm before the estimated face: as the swept-volume check
     has."""
     tip_thickness: float = 0.012
@@ -75,3 +75,6 @@ class TruckConfig:
     max_slip: float = 0.05
     """How far the load may slip on the pallet, or the pallet on the forks (m), before it counts as falling: an
     assumption."""
+
+
+TRUCK = Truck()

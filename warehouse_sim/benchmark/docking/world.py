@@ -10,8 +10,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.evaluation.docking.fork import TINE_LENGTH, TINE_THICKNESS, TINE_WIDTH
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import (
@@ -42,14 +43,11 @@ _HELD = 100.0
 _PARALLEL = 1e-9
 
 
-def build(
-    station: Station, truck: TruckConfig, T_world_dock: Transform, tines: Float[np.ndarray, " t"]
-) -> mujoco.MjModel:
+def build(station: Station, T_world_dock: Transform, tines: Float[np.ndarray, " t"]) -> mujoco.MjModel:
     """Return the model: fixed surroundings, a loose pallet board by board, its load as one body, and the truck.
 
     Args:
         station: Where the truck goes in.
-        truck: The truck.
         T_world_dock: The *estimated* dock frame: origin between the openings, x inwards. The truck stands level on its
             heading; its tines point along it.
         tines: Where the middles of the tines are along y of that frame (m).
@@ -59,11 +57,11 @@ def build(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.default.geom.solref = (CONTACT_TIME, CONTACT_DAMPING)
     spec.default.geom.solimp = CONTACT_IMPEDANCE
-    _add_surroundings(spec, station, truck)
-    _add_pallet(spec, station, truck)
+    _add_surroundings(spec, station)
+    _add_pallet(spec, station)
     if station.load:
-        _add_load(spec, station, truck)
-    _add_truck(spec, truck, T_world_dock, tines)
+        _add_load(spec, station)
+    _add_truck(spec, T_world_dock, tines)
     return spec.compile()
 
 
@@ -128,22 +126,22 @@ def _hull(vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"] | None
     return vertices[hull.vertices] if hull.volume > _PARALLEL else None
 
 
-def _add_surroundings(spec: mujoco.MjSpec, station: Station, truck: TruckConfig) -> None:
+def _add_surroundings(spec: mujoco.MjSpec, station: Station) -> None:
     plane = mujoco.mjtGeom.mjGEOM_PLANE
-    floor = (truck.friction_floor, *FRICTION[1:])
+    floor = (TRUCK.friction_floor, *FRICTION[1:])
     spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 1.0], friction=floor, priority=1)
     for number, box in enumerate(station.around):
         high = box.T_parent_box[2, 3] + np.abs(box.T_parent_box[2, :3]) @ box.size / 2.0
         if high > 1e-4:  # the rest is the floor itself
-            steel = (truck.friction_steel, *FRICTION[1:])
+            steel = (TRUCK.friction_steel, *FRICTION[1:])
             _add_box(spec.worldbody, box, name=f"around:{number}", friction=steel, priority=1)
 
 
-def _add_pallet(spec: mujoco.MjSpec, station: Station, truck: TruckConfig) -> None:
+def _add_pallet(spec: mujoco.MjSpec, station: Station) -> None:
     model = station.scene.model_of(station.pallet)
     body = _body(spec.worldbody, PALLET, station.pallet.T_world_object)
     body.add_freejoint()
-    friction = (truck.friction_load, *FRICTION[1:])
+    friction = (TRUCK.friction_load, *FRICTION[1:])
     shapes = list(pieces(model))
     volumes = [_volume(shape) for _, shape in shapes]
     for number, ((role, shape), volume) in enumerate(zip(shapes, volumes, strict=True)):
@@ -160,12 +158,12 @@ def _volume(shape: OrientedBox | Float[np.ndarray, "n 3"]) -> float:
     return float(np.prod(shape.size) if isinstance(shape, OrientedBox) else ConvexHull(shape).volume)
 
 
-def _add_load(spec: mujoco.MjSpec, station: Station, truck: TruckConfig) -> None:
+def _add_load(spec: mujoco.MjSpec, station: Station) -> None:
     """Add what the pallet bears as one body: on its own it stays together, by film or because nothing shakes it."""
     T_world_load = station.load[0].T_world_object
     body = _body(spec.worldbody, LOAD, T_world_load)
     body.add_freejoint()
-    friction = (truck.friction_load, *FRICTION[1:])
+    friction = (TRUCK.friction_load, *FRICTION[1:])
     for item in station.load:
         model = station.scene.model_of(item)
         volume = sum(float(np.prod(box.size)) for box in model.collision)
@@ -175,9 +173,7 @@ def _add_load(spec: mujoco.MjSpec, station: Station, truck: TruckConfig) -> None
             _add_box(body, placed, name=f"{LOAD}:{item.instance_id}:{number}", mass=mass, friction=friction)
 
 
-def _add_truck(
-    spec: mujoco.MjSpec, truck: TruckConfig, T_world_dock: Transform, tines: Float[np.ndarray, " t"]
-) -> None:
+def _add_truck(spec: mujoco.MjSpec, T_world_dock: Transform, tines: Float[np.ndarray, " t"]) -> None:
     """Add truck > lift > sideshifter > forks; drive and lift are where the heels are, counted from the dock frame."""
     yaw, pitch = heading(T_world_dock)
     level = make_transform(
@@ -186,7 +182,7 @@ def _add_truck(
     )
     base = _body(spec.worldbody, "truck", level)
     base.gravcomp = 1.0
-    _weigh(base, truck.truck_mass)
+    _weigh(base, TRUCK.truck_mass)
     _slide(base, "drive", (1.0, 0.0, 0.0))
     mast = _body(base, "mast", np.eye(4))
     _weigh(mast, 1.0)
@@ -194,42 +190,42 @@ def _add_truck(
     shifter = _body(mast, "shifter", make_transform(rotation_y(-pitch)))
     _weigh(shifter, 1.0)
     limits = {"limited": True, "solref_limit": (CONTACT_TIME, 1.0)}
-    play = [-truck.side_play, truck.side_play]
+    play = [-TRUCK.side_play, TRUCK.side_play]
     _slide(shifter, "side_play", (0.0, 1.0, 0.0), range=play, frictionloss=_HELD, damping=_HELD, **limits)
     forks = _body(shifter, FORKS, np.eye(4))
     mujoco_hinge = mujoco.mjtJoint.mjJNT_HINGE
-    swing = {"range": np.rad2deg([0.0, truck.tilt_play]), "pos": [0.0, 0.0, _PIVOT], "damping": 50.0}
+    swing = {"range": np.rad2deg([0.0, TRUCK.tilt_play]), "pos": [0.0, 0.0, _PIVOT], "damping": 50.0}
     forks.add_joint(name="tilt_play", type=mujoco_hinge, axis=[0.0, -1.0, 0.0], **swing, **limits)
-    _add_forks(spec, forks, truck, tines)
+    _add_forks(spec, forks, tines)
     for name in ("drive", "lift"):
         servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=_SERVO, dampratio=1.0)
 
 
-def _add_forks(spec: mujoco.MjSpec, forks: mujoco.MjsBody, truck: TruckConfig, tines: Float[np.ndarray, " t"]) -> None:
-    fork, friction = truck.fork, (truck.friction_steel, *FRICTION[1:])
-    half, straight = fork.tine_thickness / 2.0, 0.75 * fork.tine_length
-    settings = {"friction": friction, "priority": 2, "mass": truck.carriage_mass / 3.0 / (3 * len(tines))}
+def _add_forks(spec: mujoco.MjSpec, forks: mujoco.MjsBody, tines: Float[np.ndarray, " t"]) -> None:
+    friction = (TRUCK.friction_steel, *FRICTION[1:])
+    half, straight = TINE_THICKNESS / 2.0, 0.75 * TINE_LENGTH
+    settings = {"friction": friction, "priority": 2, "mass": TRUCK.carriage_mass / 3.0 / (3 * len(tines))}
     outline = [
         (straight, -half),
         (straight, half),
-        (fork.tine_length, half),
-        (fork.tine_length, half - truck.tip_thickness),
+        (TINE_LENGTH, half),
+        (TINE_LENGTH, half - TRUCK.tip_thickness),
     ]
     for number, y in enumerate(tines):
-        blade = solid_box((straight, fork.tine_width, 2 * half), (straight / 2.0, y, 0.0))
+        blade = solid_box((straight, TINE_WIDTH, 2 * half), (straight / 2.0, y, 0.0))
         _add_box(forks, blade, name=f"{FORKS}:blade:{number}", **settings)
-        beside = [y - fork.tine_width / 2.0, y + fork.tine_width / 2.0]
+        beside = [y - TINE_WIDTH / 2.0, y + TINE_WIDTH / 2.0]
         corners = np.array([[x, side, z] for side in beside for x, z in outline])
         tip = f"{FORKS}:tip:{number}"
         spec.add_mesh(name=tip, uservert=corners.reshape(-1))
         forks.add_geom(name=tip, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=tip, **settings)
-        shank = solid_box((2 * half, fork.tine_width, truck.shank_height), (-half, y, truck.shank_height / 2.0 - half))
+        shank = solid_box((2 * half, TINE_WIDTH, TRUCK.shank_height), (-half, y, TRUCK.shank_height / 2.0 - half))
         _add_box(forks, shank, name=f"{FORKS}:shank:{number}", **settings)
     low = 0.08
-    size = (0.04, truck.backrest_width, truck.backrest_height - low)
-    backrest = solid_box(size, (-2 * half - 0.02, 0.0, (truck.backrest_height + low) / 2.0))
-    settings["mass"] = truck.carriage_mass * 2.0 / 3.0
+    size = (0.04, TRUCK.backrest_width, TRUCK.backrest_height - low)
+    backrest = solid_box(size, (-2 * half - 0.02, 0.0, (TRUCK.backrest_height + low) / 2.0))
+    settings["mass"] = TRUCK.carriage_mass * 2.0 / 3.0
     _add_box(forks, backrest, name=f"{FORKS}:backrest", **settings)
 
 

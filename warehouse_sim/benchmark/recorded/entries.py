@@ -13,7 +13,7 @@ from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.evaluation.docking.fork import ForkConfig, approached_face, docking_faces
+from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import PoseEstimate
 
@@ -89,7 +89,7 @@ def entries(
         down = gravity_of(recorded, gravity, np.random.default_rng([7, index]))
         image = RgbdImage.from_arrays(recorded.depth, recorded.K, [masked(recorded.mask, masks, model)], gravity=down)
         answer = estimated(estimator, objects, image, recorded.color)
-        found.append(None if answer is None else drive_in(recorded, *answer, ForkConfig()))
+        found.append(None if answer is None else drive_in(recorded, *answer))
     return found
 
 

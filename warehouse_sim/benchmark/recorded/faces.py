@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.errors import InputError
-from warehouse_sim.evaluation.docking.fork import ForkConfig
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, REACH, TINE_THICKNESS, TINE_WIDTH
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 POCKET_DEPTH = 1.10
@@ -99,7 +99,6 @@ def drive_in(
     face: RecordedFace,
     T_camera_dock: Transform,
     pockets: Sequence[Float[np.ndarray, " 2"]] | None,
-    fork: ForkConfig,
 ) -> Entry:
     """Return what a fork would do that trusts an estimate.
 
@@ -108,17 +107,16 @@ def drive_in(
         T_camera_dock: The estimated dock frame.
         pockets: Where the estimate has the pockets' centres (y and z of its dock frame, m); None puts the tines as far
             apart as the labelled pockets are.
-        fork: The tines.
     """
     T = invert(face.T_camera_dock) @ T_camera_dock
     aims = face.pockets[:, 1:] if pockets is None else sorted(pockets, key=lambda item: item[0])
     side, up = np.inf, np.inf
     # Straight edges in a straight prism: steps of 5 mm find the least clearance to a fraction of a millimetre.
-    x = np.arange(-fork.heel_gap, fork.reach + 1e-9, 0.005)
+    x = np.arange(-HEEL_GAP, REACH + 1e-9, 0.005)
     for aim, centre, size in zip(aims, face.pockets, face.sizes, strict=True):
         for y, z in ((-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)):
             edge = np.column_stack(
-                [x, np.full_like(x, aim[0] + y * fork.tine_width), np.full_like(x, aim[1] + z * fork.tine_thickness)]
+                [x, np.full_like(x, aim[0] + y * TINE_WIDTH), np.full_like(x, aim[1] + z * TINE_THICKNESS)]
             )
             swept = transform_points(T, edge)
             swept = swept[(swept[:, 0] >= 0.0) & (swept[:, 0] <= POCKET_DEPTH)]

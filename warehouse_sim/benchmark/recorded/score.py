@@ -15,7 +15,6 @@ from warehouse_sim.benchmark.rows.scores import RESAMPLES
 from warehouse_sim.benchmark.scored import posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
-from warehouse_sim.evaluation.docking.fork import ForkConfig
 from warehouse_sim.evaluation.intervals import fraction_interval
 
 
@@ -114,7 +113,7 @@ def _as_elsewhere(face: RecordedFace, faces: Sequence[RecordedFace]) -> Entry | 
     if not others:
         return None
     other = others[faces.index(face) % len(others)]
-    return drive_in(face, other.T_camera_dock, list(other.pockets[:, 1:]), ForkConfig())
+    return drive_in(face, other.T_camera_dock, list(other.pockets[:, 1:]))
 
 
 def _entries(group: Group, faces: Sequence[RecordedFace], masks: str, gravity: str) -> list[Entry | None]:
@@ -122,7 +121,7 @@ def _entries(group: Group, faces: Sequence[RecordedFace], masks: str, gravity: s
     if group.name == BASELINE:
         return entries(None, {}, faces, masks, gravity)
     if isinstance(member, Oracle):
-        return [drive_in(face, face.T_camera_dock, list(face.pockets[:, 1:]), ForkConfig()) for face in faces]
+        return [drive_in(face, face.T_camera_dock, list(face.pockets[:, 1:])) for face in faces]
     if isinstance(member, Shuffled):
         return [_as_elsewhere(face, faces) for face in faces]
     if not isinstance(member, Evaluated):

@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
-from warehouse_sim.evaluation.metrics import MetricConfig, pass_values
+from warehouse_sim.evaluation.metrics import pass_values
 
 RESAMPLES = 1000
 _AMONG_FOUND = "_of_found"
@@ -26,7 +26,7 @@ def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
     Beside those of ``evaluation.metrics``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
     eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate.
     """
-    values = pass_values(table, MetricConfig(diameter_percent=(1, 2, 3, 4, 5, 6, 7, 8, 9, 10)))
+    values = pass_values(table, range(1, 11))
     symmetric = np.isin(table.obj_id, LINEMOD_SYMMETRIC)
     values |= {
         f"add_adds_{k}pct": np.where(symmetric, values[f"add_s_{k}pct"], values[f"add_{k}pct"]) for k in (2, 5, 10)

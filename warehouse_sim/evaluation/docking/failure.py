@@ -5,7 +5,15 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.evaluation.docking.fork import DockingErrors, DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import (
+    HEEL_GAP,
+    MIN_INSERTION,
+    REACH,
+    TINE_THICKNESS,
+    TINE_WIDTH,
+    DockingErrors,
+    DockingFace,
+)
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, insertion_depth
 from warehouse_sim.geometry.pose import invert, transform_points
 
@@ -33,7 +41,6 @@ def failure_axes(
     errors: DockingErrors,
     slack: DockingSlack,
     face: DockingFace,
-    fork: ForkConfig,
     clearance: Float[np.ndarray, " n"] | None = None,
 ) -> list[FailureAxis]:
     """Name for each estimate the error that alone uses up most of the clearance it has.
@@ -45,10 +52,9 @@ def failure_axes(
         errors: Of the estimates.
         slack: What they leave in the nominal pockets.
         face: The approached face.
-        fork: The tines.
         clearance: What they leave to the surface of the pallet's own mesh (m).
     """
-    at_walls, along = _used_at_walls(errors, face, fork), _used_along(slack, face, fork)
+    at_walls, along = _used_at_walls(errors, face), _used_along(slack, face)
     hits = np.minimum(slack.lateral, slack.vertical) < 0.0
     fails = np.stack([*[hits] * len(at_walls), slack.heel < 0.0, slack.tips < 0.0])
     used = np.where(fails | ~fails.any(axis=0), np.concatenate([at_walls, along]), -np.inf)
@@ -60,16 +66,16 @@ def failure_axes(
     return np.where(errors.upside_down, "upside_down", names).tolist()
 
 
-def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "5 n"]:
+def _used_at_walls(errors: DockingErrors, face: DockingFace) -> Float[np.ndarray, "5 n"]:
     """Offsets count as they are, an angle by the chord that it moves the tip (yaw, pitch) or the outer tine (roll).
 
     Each is divided by the clearance beside or above a tine in the narrowest pocket.
     """
     clear = np.min([pocket.size for pocket in face.pockets], axis=0)
-    beside, above = np.maximum((clear[1:] - [fork.tine_width, fork.tine_thickness]) / 2.0, _LEAST_CLEARANCE)
-    length = max(insertion_depth(pocket, fork) for pocket in face.pockets)
+    beside, above = np.maximum((clear[1:] - [TINE_WIDTH, TINE_THICKNESS]) / 2.0, _LEAST_CLEARANCE)
+    length = max(insertion_depth(pocket) for pocket in face.pockets)
     openings = np.stack([pocket.T_object_pocket[:3, 3] for pocket in face.pockets])
-    aside = np.abs(transform_points(invert(face.T_object_dock), openings)[:, 1]).max() + fork.tine_width / 2.0
+    aside = np.abs(transform_points(invert(face.T_object_dock), openings)[:, 1]).max() + TINE_WIDTH / 2.0
     return np.stack(
         [
             np.abs(errors.lateral) / beside,
@@ -81,9 +87,9 @@ def _used_at_walls(errors: DockingErrors, face: DockingFace, fork: ForkConfig) -
     )
 
 
-def _used_along(slack: DockingSlack, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "2 n"]:
+def _used_along(slack: DockingSlack, face: DockingFace) -> Float[np.ndarray, "2 n"]:
     """Of the clearance before the face (too deep) and beyond the least insertion (too short)."""
-    before, beyond = fork.heel_gap, fork.reach - fork.min_insertion * face.depth
+    before, beyond = HEEL_GAP, REACH - MIN_INSERTION * face.depth
     return np.stack(
         [(before - slack.heel) / max(before, _LEAST_CLEARANCE), (beyond - slack.tips) / max(beyond, _LEAST_CLEARANCE)]
     )

@@ -2,41 +2,30 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, make_transform, rotation_z, transform_points
-from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import Pocket
 
-
-@dataclass(frozen=True)
-@ranged
-class ForkConfig:
-    """A pair of tines and how they are driven in; the default is the common 100 x 40 mm section, 1150 mm long."""
-
-    tine_width: Annotated[float, Range(0.001, 2, "m")] = 0.100
-    """Width of one tine (m), 0.001-2."""
-    tine_thickness: Annotated[float, Range(0.001, 1, "m")] = 0.040
-    """Thickness of one tine (m), 0.001-1."""
-    tine_length: Annotated[float, Range(0.01, 10, "m")] = 1.150
-    """Length of a tine from heel to tip (m), 0.01-10; longer than ``heel_gap``."""
-    heel_gap: Annotated[float, Range(0, 1, "m")] = 0.05
-    """How far before the estimated face the heel stops (m), 0-1."""
-    min_insertion: Fraction = 2.0 / 3.0
-    """Fraction (0-1) of the depth of the object that the tips must be inside before it can be lifted."""
-
-    def __post_init__(self) -> None:
-        if self.tine_length <= self.heel_gap:
-            raise ValueError(f"tine_length must be more than heel_gap, {self.heel_gap:g} m; found {self.tine_length:g}")
-
-    @property
-    def reach(self) -> float:
-        """How far behind the estimated face the tips stop (m)."""
-        return self.tine_length - self.heel_gap
+TINE_WIDTH, TINE_THICKNESS, TINE_LENGTH = 0.100, 0.040, 1.150
+"""Of one tine (m): the common section of ISO 2330, class 2A; its length is from heel to tip."""
+HEEL_GAP = 0.05
+"""How far before the estimated face the heel stops (m)."""
+MIN_INSERTION = 2.0 / 3.0
+"""Fraction of the depth of the object that the tips must be inside before it can be lifted."""
+REACH = TINE_LENGTH - HEEL_GAP
+"""How far behind the estimated face the tips stop (m)."""
+FORK = {
+    "tine_width": TINE_WIDTH,
+    "tine_thickness": TINE_THICKNESS,
+    "tine_length": TINE_LENGTH,
+    "heel_gap": HEEL_GAP,
+    "min_insertion": MIN_INSERTION,
+}
+"""As results state it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking.fork import (
+    HEEL_GAP,
+    MIN_INSERTION,
+    REACH,
+    TINE_THICKNESS,
+    TINE_WIDTH,
+    DockingFace,
+    docking_errors,
+)
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.schema import Pocket
 
@@ -40,18 +48,16 @@ class DockingSlack:
 def docking_slack(
     T_object_estimated: Transforms,
     face: DockingFace,
-    fork: ForkConfig,
     T_dock_tines: Sequence[Transform] | None = None,
 ) -> DockingSlack:
     """Drive the fork straight along the estimated insertion axis to where the estimate says, and measure the clearance.
 
-    Each tine is centred in its pocket in the *estimated* frame, and stops with its heel ``fork.heel_gap`` before the
+    Each tine is centred in its pocket in the *estimated* frame, and stops with its heel ``HEEL_GAP`` before the
     estimated face. What it sweeps is its own prism, prolonged backwards.
 
     Args:
         T_object_estimated: "n 4 4" in the true object frame, under the best symmetry.
         face: The approached face with its pockets.
-        fork: The tines.
         T_dock_tines: Where the tines aim at instead, in the estimated dock frame, one for each pocket of the face.
     """
     aims = [invert(face.T_object_dock) @ pocket.T_object_pocket for pocket in face.pockets]
@@ -60,32 +66,32 @@ def docking_slack(
     for pocket, aim in zip(face.pockets, T_dock_tines or aims, strict=True):
         T_estimate = T_object_estimated @ face.T_object_dock @ aim
         T_dock_tine = invert(face.T_object_dock) @ T_estimate
-        heel = np.minimum(heel, -transform_points(T_dock_tine, _section(-fork.heel_gap, fork))[..., 0].max(axis=1))
-        inside = transform_points(T_dock_tine, _section(fork.reach, fork))[..., 0].min(axis=1)
-        tips = np.minimum(tips, inside - fork.min_insertion * face.depth)
-        walls = np.minimum(walls, _clearance_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket, fork))
+        heel = np.minimum(heel, -transform_points(T_dock_tine, _section(-HEEL_GAP))[..., 0].max(axis=1))
+        inside = transform_points(T_dock_tine, _section(REACH))[..., 0].min(axis=1)
+        tips = np.minimum(tips, inside - MIN_INSERTION * face.depth)
+        walls = np.minimum(walls, _clearance_to_walls(invert(pocket.T_object_pocket) @ T_estimate, pocket))
     errors = docking_errors(T_object_estimated, face)
     astray = errors.upside_down | errors.reversed | errors.wrong_face
     return DockingSlack(*(np.where(astray, -np.inf, clearance) for clearance in (*walls.T, heel, tips)))
 
 
-def insertion_depth(pocket: Pocket, fork: ForkConfig) -> float:
+def insertion_depth(pocket: Pocket) -> float:
     """Return how deep in the pocket (m) a tine gets when the estimate is right."""
-    return float(min(pocket.size[0], fork.reach))
+    return float(min(pocket.size[0], REACH))
 
 
-def _section(x: float, fork: ForkConfig) -> Float[np.ndarray, "4 3"]:
-    around = _AROUND * [fork.tine_width, fork.tine_thickness]
+def _section(x: float) -> Float[np.ndarray, "4 3"]:
+    around = _AROUND * [TINE_WIDTH, TINE_THICKNESS]
     return np.column_stack([np.full(4, x), around])
 
 
-def _clearance_to_walls(T_pocket_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> Float[np.ndarray, "n 2"]:
+def _clearance_to_walls(T_pocket_tine: Transforms, pocket: Pocket) -> Float[np.ndarray, "n 2"]:
     """Return the least clearance in y and z over the part of the swept prism that is in the pocket.
 
     That part is convex, so its corners decide: they lie where an edge of the prism begins, ends, or crosses the entry
     or the end of the pocket. Four edges run backwards from the tip without end, four go around the tip.
     """
-    tip = transform_points(T_pocket_tine, _section(fork.reach, fork))
+    tip = transform_points(T_pocket_tine, _section(REACH))
     backwards = np.broadcast_to(-T_pocket_tine[:, None, :3, 0], tip.shape)
     start = np.concatenate([tip, tip], axis=1)
     along = np.concatenate([backwards, np.roll(tip, -1, axis=1) - tip], axis=1)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.evaluation.blocks import in_blocks
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import REACH, TINE_THICKNESS, TINE_WIDTH, DockingFace
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
 from warehouse_sim.schema import Pocket
@@ -21,11 +21,11 @@ _AT_ONCE = 40_000
 """Pairs of tine and triangle that are looked at in one go: few enough for the cache of the processor."""
 
 
-def lane_triangles(mesh: TriangleMesh, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, "m 3 3"]:
+def lane_triangles(mesh: TriangleMesh, face: DockingFace) -> Float[np.ndarray, "m 3 3"]:
     """Return the triangles (m, object frame) that a tine whose middle is in a pocket of ``face`` can come near."""
     triangles = mesh.vertices[mesh.faces]
     near = np.zeros(len(triangles), bool)
-    reach = FARTHEST + np.array([fork.tine_width, fork.tine_thickness]) / 2.0
+    reach = FARTHEST + np.array([TINE_WIDTH, TINE_THICKNESS]) / 2.0
     for pocket in face.pockets:
         local = transform_points(invert(pocket.T_object_pocket), triangles.reshape(-1, 3)).reshape(triangles.shape)
         low, high = local.min(axis=1)[:, 1:], local.max(axis=1)[:, 1:]
@@ -40,7 +40,6 @@ def mesh_slack(
     face: DockingFace,
     underside: float,
     triangles: Float[np.ndarray, "m 3 3"],
-    fork: ForkConfig,
     T_dock_tines: Sequence[Transform] | None = None,
 ) -> Float[np.ndarray, " n"]:
     """Return the least clearance (m) around the tines of a fork that trusts an estimate, at most ``FARTHEST``.
@@ -53,24 +52,21 @@ def mesh_slack(
         face: The approached face with its pockets.
         underside: z of what the pallet stands on (m, object frame).
         triangles: Of the surface near the lanes; see ``lane_triangles``.
-        fork: The tines.
         T_dock_tines: Where the tines aim at instead, as in ``docking_slack``.
     """
     aims = [invert(face.T_object_dock) @ pocket.T_object_pocket for pocket in face.pockets]
     clearance = np.full(len(T_object_estimated), FARTHEST)
     for pocket, aim in zip(face.pockets, T_dock_tines or aims, strict=True):
         T_object_tine = T_object_estimated @ face.T_object_dock @ aim
-        floor = _lowest_under(invert(face.T_object_dock) @ T_object_tine, face, fork) - underside
-        here = np.minimum(floor, clearance_to_triangles(T_object_tine, triangles, fork))
-        clearance = np.minimum(clearance, np.where(_in_lane(T_object_tine, pocket, fork), here, -np.inf))
+        floor = _lowest_under(invert(face.T_object_dock) @ T_object_tine, face) - underside
+        here = np.minimum(floor, clearance_to_triangles(T_object_tine, triangles))
+        clearance = np.minimum(clearance, np.where(_in_lane(T_object_tine, pocket), here, -np.inf))
     return clearance
 
 
-def clearance_to_triangles(
-    T_object_tine: Transforms, triangles: Float[np.ndarray, "m 3 3"], fork: ForkConfig
-) -> Float[np.ndarray, " n"]:
+def clearance_to_triangles(T_object_tine: Transforms, triangles: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, " n"]:
     """Return how much (m) a swept tine can grow to all four sides before it meets a triangle, at most ``FARTHEST``."""
-    half = np.array([fork.tine_width, fork.tine_thickness]) / 2.0
+    half = np.array([TINE_WIDTH, TINE_THICKNESS]) / 2.0
     clearance = np.full(len(T_object_tine), FARTHEST)
     corners = np.concatenate([triangles.reshape(-1, 3).T, np.ones((1, 3 * len(triangles)))])
 
@@ -81,11 +77,9 @@ def clearance_to_triangles(
         gap = np.maximum(_beyond(*sideways) - half[0], _beyond(*upwards) - half[1])
         # A corner that the tine passes is as near as any point of its triangle has to be.
         at_corners = np.maximum(np.abs(y) - half[0], np.abs(z) - half[1])
-        least = np.minimum(FARTHEST, np.where(x <= fork.reach, at_corners, np.inf).min(axis=(1, 2)))
-        row, which = np.nonzero((back < fork.reach) & (gap < least[:, None]))
-        np.minimum.at(
-            least, row, _clearance(np.stack([axis[row, which] for axis in (x, y, z)], axis=-1), half, fork.reach)
-        )
+        least = np.minimum(FARTHEST, np.where(x <= REACH, at_corners, np.inf).min(axis=(1, 2)))
+        row, which = np.nonzero((back < REACH) & (gap < least[:, None]))
+        np.minimum.at(least, row, _clearance(np.stack([axis[row, which] for axis in (x, y, z)], axis=-1), half, REACH))
         clearance[block] = least
 
     if len(triangles):
@@ -104,13 +98,13 @@ def _beyond(low: Float[np.ndarray, "n m"], high: Float[np.ndarray, "n m"]) -> Fl
     return np.maximum(low, -high)
 
 
-def _lowest_under(T_dock_tine: Transforms, face: DockingFace, fork: ForkConfig) -> Float[np.ndarray, " n"]:
+def _lowest_under(T_dock_tine: Transforms, face: DockingFace) -> Float[np.ndarray, " n"]:
     """Return the least z (m, object frame) of a swept tine under the object; beyond it there may be no ground.
 
     Docking frames are upright in the object's: only their origins' heights differ.
     """
-    y, z = np.array([fork.tine_width, fork.tine_thickness]) / 2.0
-    tip = transform_points(T_dock_tine, np.array([[fork.reach, side, over] for side in (-y, y) for over in (-z, z)]))
+    y, z = np.array([TINE_WIDTH, TINE_THICKNESS]) / 2.0
+    tip = transform_points(T_dock_tine, np.array([[REACH, side, over] for side in (-y, y) for over in (-z, z)]))
     ahead = T_dock_tine[:, None, :3, 0]
     slope = np.where(np.abs(ahead[..., 0]) < 1e-9, 1e-9, ahead[..., 0])
     entry, end = (tip[..., 2] + (x - tip[..., 0]) / slope * ahead[..., 2] for x in (0.0, face.depth))
@@ -119,12 +113,12 @@ def _lowest_under(T_dock_tine: Transforms, face: DockingFace, fork: ForkConfig) 
     return lowest + float(face.T_object_dock[2, 3])
 
 
-def _in_lane(T_object_tine: Transforms, pocket: Pocket, fork: ForkConfig) -> np.ndarray:
+def _in_lane(T_object_tine: Transforms, pocket: Pocket) -> np.ndarray:
     """Return whether the middle of each tine is in the section of its pocket from the entry to where it ends."""
     T = invert(pocket.T_object_pocket) @ T_object_tine
     ahead, start = T[:, :3, 0], T[:, :3, 3]
     slope = np.where(np.abs(ahead[:, 0]) < 1e-9, 1e-9, ahead[:, 0])
-    tip = start[:, 0] + fork.reach * ahead[:, 0]
+    tip = start[:, 0] + REACH * ahead[:, 0]
     inside = tip > 0.0
     for end in (np.zeros(len(T)), np.minimum(tip, pocket.size[0])):
         at = start + ((end - start[:, 0]) / slope)[:, None] * ahead

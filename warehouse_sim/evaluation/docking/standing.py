@@ -12,7 +12,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.scene_record import RecordedObject, read_damaged_mesh, read_scene_record
 from warehouse_sim.evaluation.docking.failure import failure_axes
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_errors
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.evaluation.pairing import Place
@@ -62,7 +62,7 @@ class Standings:
         item = self.objects.get((place[0], place[2]))
         return item.model if item is not None and item.is_damaged else f"{info.obj_id}"
 
-    def clearance(self, place: Place, info: ObjectInfo, face: DockingFace, fork: ForkConfig) -> float:
+    def clearance(self, place: Place, info: ObjectInfo, face: DockingFace) -> float:
         """Return what the true pose leaves around the tines (m); nan without pockets, -inf if the tines are too short.
 
         It is the smaller of the clearances to the nominal pockets and to the surface, so that both are evaluated of the
@@ -72,17 +72,15 @@ class Standings:
             return float("nan")
         key = info.obj_id, self.surface(place, info), face.name
         if key not in self._clearances:
-            slack = docking_slack(np.eye(4)[None], face, fork)
+            slack = docking_slack(np.eye(4)[None], face)
             clearances = [float(slack.lateral[0]), float(slack.vertical[0])]
-            lane = self.lane(place, info, face, fork)
+            lane = self.lane(place, info, face)
             if lane is not None:
-                clearances.append(float(mesh_slack(np.eye(4)[None], face, -float(info.size[2]) / 2.0, lane, fork)[0]))
+                clearances.append(float(mesh_slack(np.eye(4)[None], face, -float(info.size[2]) / 2.0, lane)[0]))
             self._clearances[key] = min(clearances) if slack.depth[0] >= 0.0 else float("-inf")
         return self._clearances[key]
 
-    def lane(
-        self, place: Place, info: ObjectInfo, face: DockingFace, fork: ForkConfig
-    ) -> Float[np.ndarray, "m 3 3"] | None:
+    def lane(self, place: Place, info: ObjectInfo, face: DockingFace) -> Float[np.ndarray, "m 3 3"] | None:
         """Return the triangles near the lanes behind ``face``; None in a dataset without meshes.
 
         Raises:
@@ -96,7 +94,7 @@ class Standings:
                 item = self.objects.get((place[0], place[2]))
                 own = None if item is None or self.reader is None else read_damaged_mesh(self.reader.root, item)
                 self._meshes[name] = own or info.mesh()
-            self._lanes[name, face.name] = lane_triangles(self._meshes[name], face, fork)
+            self._lanes[name, face.name] = lane_triangles(self._meshes[name], face)
         return self._lanes[name, face.name]
 
 
@@ -113,7 +111,6 @@ def face_columns(
     estimated: PalletFace,
     T_camera_object: Transform,
     faces: Sequence[DockingFace],
-    fork: ForkConfig,
     standing: ObjectStanding | None = None,
 ) -> dict[str, Any]:
     """Return what a row of scores says of docking, for the face that the face means: the one with its direction.
@@ -122,7 +119,6 @@ def face_columns(
         estimated: The estimate.
         T_camera_object: The true pose.
         faces: Sides of the object that can be approached.
-        fork: The tines.
         standing: How the object stands in its scene; None is not known.
 
     Returns:
@@ -138,14 +134,14 @@ def face_columns(
     centres = ordered[np.argsort(np.argsort(aside))]
     tines = [make_transform(np.eye(3), np.array([0.0, *centre])) for centre in centres]
     errors = docking_errors(T_object_estimated, face)
-    slack = docking_slack(T_object_estimated, face, fork, tines)
+    slack = docking_slack(T_object_estimated, face, tines)
     clearance = np.minimum(slack.lateral, slack.vertical)
     limiting: str | None = None
     if standing is not None:
         place, info, standings = standing.place, standing.info, standing.standings
-        lane = standings.lane(place, info, face, fork)
+        lane = standings.lane(place, info, face)
         if lane is not None and np.isfinite(slack.heel[0]):
-            clearance = mesh_slack(T_object_estimated, face, -float(info.size[2]) / 2.0, lane, fork, tines)
+            clearance = mesh_slack(T_object_estimated, face, -float(info.size[2]) / 2.0, lane, tines)
         if standings.verdict(place, face) not in ("", FREE, UNDER_A_STACK):
             # The truck would go where it cannot stand.
             limiting = "wrong_face"
@@ -157,5 +153,5 @@ def face_columns(
         "slack_vertical": float(slack.vertical[0]),
         "slack_depth": float(slack.depth[0]),
         "slack_mesh": float(clearance[0]),
-        "limiting_error": limiting or failure_axes(errors, slack, face, fork, clearance)[0],
+        "limiting_error": limiting or failure_axes(errors, slack, face, clearance)[0],
     }

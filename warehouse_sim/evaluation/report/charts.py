@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_WIDTH, DockingFace
 from warehouse_sim.evaluation.docking.insertion import insertion_depth
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.metrics import accuracy_curve
@@ -56,16 +56,16 @@ def docking_chart(tables: Mapping[str, ErrorTable], largest_mm: float = 30.0) ->
         return drawing.svg()
 
 
-def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace], fork: ForkConfig) -> str:
+def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace]) -> str:
     """Draw lateral error against yaw, with the region in which level tines clear the walls of each kind of side."""
     rows = table.select(table.found & table.dockable)
     lateral_cm, yaw_deg = 100.0 * rows.lateral, np.rad2deg(rows.yaw)
     with chart() as drawing:
         axes = drawing.axes
-        for index, (beside, length) in enumerate(_sides(faces, fork)):
+        for index, (beside, length) in enumerate(_sides(faces)):
             outline = _clear_region(beside, length)
             style = {"color": _QUIET, "linewidth": 1.0, "linestyle": ("-", "--", "-.", ":")[index % 4]}
-            label = f"clearance in {1000.0 * (2.0 * beside + fork.tine_width):g} mm pockets"
+            label = f"clearance in {1000.0 * (2.0 * beside + TINE_WIDTH):g} mm pockets"
             axes.plot(100.0 * outline[:, 0], np.rad2deg(outline[:, 1]), label=label, **style)
         _scatter(axes, lateral_cm, yaw_deg, rows.docks(), (18.0, 9.0))
         axes.set(xlabel="lateral error at the entry (cm)", ylabel="yaw error (deg)")
@@ -73,7 +73,7 @@ def sweep_chart(table: ErrorTable, faces: Sequence[DockingFace], fork: ForkConfi
         return drawing.svg()
 
 
-def offset_chart(table: ErrorTable, fork: ForkConfig) -> str:
+def offset_chart(table: ErrorTable) -> str:
     """Draw estimates from above: where the approached side was believed to be, seen from the vehicle.
 
     A line marks the depth error from which the heel of the tines pushes the object.
@@ -86,7 +86,7 @@ def offset_chart(table: ErrorTable, fork: ForkConfig) -> str:
         axes.axvline(0, color=_QUIET, linewidth=0.8)
         if passed is not None:
             style = {"color": _QUIET, "linewidth": 0.8, "linestyle": (0, (3, 3))}
-            axes.axhline(100.0 * fork.heel_gap, label="the heel touches", **style)
+            axes.axhline(100.0 * HEEL_GAP, label="the heel touches", **style)
         _scatter(axes, -100.0 * rows.lateral, 100.0 * rows.depth, passed, (18.0, 18.0))
         axes.set(
             xlabel="← left \u2003 lateral error (cm) \u2003 right →",
@@ -185,10 +185,10 @@ def _scatter(axes: Any, x: Column, y: Column, passed: Passed | None, reach: tupl
     axes.set(xlim=(-1.05 * reach[0], 1.05 * reach[0]), ylim=(-1.05 * reach[1], 1.05 * reach[1]))
 
 
-def _sides(faces: Sequence[DockingFace], fork: ForkConfig) -> list[tuple[float, float]]:
+def _sides(faces: Sequence[DockingFace]) -> list[tuple[float, float]]:
     """Return the kinds of pocket as clearance beside a tine and insertion depth (m), narrow ones first."""
     pockets = [pocket for face in faces for pocket in face.pockets]
-    return sorted({(round((p.size[1] - fork.tine_width) / 2.0, 6), insertion_depth(p, fork)) for p in pockets})
+    return sorted({(round((p.size[1] - TINE_WIDTH) / 2.0, 6), insertion_depth(p)) for p in pockets})
 
 
 def _clear_region(beside: float, length: float) -> Float[np.ndarray, "5 2"]:

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.config import from_mapping
-from warehouse_sim.evaluation.docking.fork import DockingFace, ForkConfig, docking_faces
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_faces
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
 from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
@@ -39,16 +38,13 @@ _NOT_ALONE = ("class", "object")
 def evaluation_section(source: EvaluationSource, label: str, case_count: int) -> dict[str, Any]:
     """Show one score in depth: tables by group, where estimates go wrong, and cases."""
     scores, table = source.scores, source.scores.table
-    fork = from_mapping(ForkConfig, scores.settings["measure"]["fork"], "scores.json: settings.measure.fork")
     faces: list[DockingFace] = []
     for info in source.data.objects.values():
         faces += docking_faces(info.size, info.pockets) if info.pockets else ()
     drawings = [("How large the errors are", charts.histogram_chart(table))]
-    drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table, fork)))
+    drawings.append(("Seen from above: where the entry was believed to be", charts.offset_chart(table)))
     if scores.overall.dockable_count:
-        drawings.append(
-            ("Lateral and yaw share the clearance beside the tines", charts.sweep_chart(table, faces, fork))
-        )
+        drawings.append(("Lateral and yaw share the clearance beside the tines", charts.sweep_chart(table, faces)))
         drawings.append(("Why docking fails", charts.failure_chart(scores.docking_failures)))
     if scores.trust.estimates:
         drawings.append(("What is gained by rejecting the least sure", charts.risk_chart(table)))

@@ -7,7 +7,6 @@ import pytest
 
 from tests.benchmark.docking.closed_loop.trucks import (
     CAMERA,
-    DRIVE,
     NO_DRIFT,
     Until,
     approach,
@@ -15,15 +14,15 @@ from tests.benchmark.docking.closed_loop.trucks import (
     start_at,
 )
 from tests.benchmark.docking.stations import at, station
+from warehouse_sim.benchmark.docking.closed_loop import drive
 from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, COLLIDED
 from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, episode, estimate_of
-from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, DRIVE
 from warehouse_sim.evaluation.docking.fork import docking_errors
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
 
-SETTING = Setting("alone", 0, CAMERA, DRIVE, TruckConfig())
+SETTING = Setting("alone", 0, CAMERA)
 PLACE = station(300.0, pose=at(0.7, -1.2, 0.072, 2.1))
 GRID = [(back, fraction, off) for back in (4.0, 5.5, 7.0) for fraction in (-0.15, 0.0, 0.15) for off in (-10, 0, 10)]
 """From the face (m), beside its axis as a fraction of the way to go, and off the line of sight (deg)."""
@@ -122,13 +121,16 @@ def test_the_open_loop_looks_once() -> None:
     assert (found.ended, found.images, found.corrections) == (ARRIVED, 1, 0)
 
 
-def test_drift_moves_the_open_loop_by_what_odometry_is_wrong_and_not_the_closed_one() -> None:
+def test_drift_moves_the_open_loop_by_what_odometry_is_wrong_and_not_the_closed_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(drive, "DRIVE", replace(DRIVE, max_lateral=1.0, max_yaw=1.0))
     start = start_at(PLACE, "-x", 6.5, 0.0, 0.0)
     far, near = [], []
     for seed in range(12):
         for is_open, errors in ((True, far), (False, near)):
             condition = replace(NO_DRIFT, drift="strong", is_open=is_open)
-            found = approach(start, gt(start), condition, replace(DRIVE, max_lateral=1.0, max_yaw=1.0), seed=seed)
+            found = approach(start, gt(start), condition, seed=seed)
             errors.append(float(errors_of(start, found).lateral[0]))
     # A steady turn of k a metre leads k s^2 / 2 aside after s = 4.78 m, and further over the 1.72 m to the entry.
     expected = np.deg2rad(DRIFTS["strong"].turn_deg) * 4.78 * (4.78 / 2.0 + 1.72)

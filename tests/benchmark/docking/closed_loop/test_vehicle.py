@@ -5,32 +5,35 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop import vehicle
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, DRIVE, Drift
 from warehouse_sim.benchmark.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down
 from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
 
-LAG_FREE = DriveConfig(steer_rate=1e3, acceleration=1e3, tick=0.005)
+LAG_FREE = replace(DRIVE, steer_rate=1e3, acceleration=1e3, tick=0.005)
 
 
 @pytest.mark.parametrize("ahead", [0.4, 0.8])
 @pytest.mark.parametrize("aside", [0.01, -0.01])
-def test_a_small_offset_decays_as_the_linear_law_says(ahead: float, aside: float) -> None:
-    config = replace(LAG_FREE, look_ahead=(ahead, ahead))
-    motion, way = Motion(FloorPose(0.0, aside, 0.0), speed=config.speed), 0.0
+def test_a_small_offset_decays_as_the_linear_law_says(
+    ahead: float, aside: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vehicle, "DRIVE", replace(LAG_FREE, look_ahead=(ahead, ahead)))
+    motion, way = Motion(FloorPose(0.0, aside, 0.0), speed=DRIVE.speed), 0.0
     for _ in range(1500):
-        curvature = pursue(10.0, motion.pose.y, motion.pose.yaw, config)
-        motion, step = motion.after(config.speed, curvature, config)
+        curvature = pursue(10.0, motion.pose.y, motion.pose.yaw)
+        motion, step = motion.after(DRIVE.speed, curvature)
         way += step
         # y'' + (2 / L) y' + (2 / L^2) y = 0 with y(0) = aside, y'(0) = 0.
         expected = aside * np.exp(-way / ahead) * (np.cos(way / ahead) + np.sin(way / ahead))
         assert motion.pose.y == pytest.approx(expected, abs=0.01 * abs(aside))
 
 
-def test_the_arc_of_pursuit_meets_its_point_of_the_line() -> None:
-    config = replace(LAG_FREE, look_ahead=(1.0, 1.0))
+def test_the_arc_of_pursuit_meets_its_point_of_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vehicle, "DRIVE", replace(LAG_FREE, look_ahead=(1.0, 1.0)))
     aside, turned = 0.4, np.deg2rad(-12.0)
-    curvature = pursue(10.0, aside, turned, config)
+    curvature = pursue(10.0, aside, turned)
     radius, start = 1.0 / curvature, FloorPose(0.0, aside, turned)
     centre = np.array([-np.sin(turned), np.cos(turned)]) * radius + [0.0, aside]
     goal = np.array([np.sqrt(1.0 - aside**2), 0.0])
@@ -38,28 +41,28 @@ def test_the_arc_of_pursuit_meets_its_point_of_the_line() -> None:
     assert np.linalg.norm(goal - [start.x, start.y]) == pytest.approx(1.0)
 
 
-def test_full_lock_drives_the_least_circle_and_no_smaller_one() -> None:
+def test_full_lock_drives_the_least_circle_and_no_smaller_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vehicle, "DRIVE", LAG_FREE)
     motion = Motion(FloorPose(0.0, 0.0, 0.0), speed=LAG_FREE.speed)
     centre = np.array([0.0, FORKLIFT.min_radius])
     for _ in range(2000):
-        motion, _ = motion.after(LAG_FREE.speed, 1e6, LAG_FREE)
+        motion, _ = motion.after(LAG_FREE.speed, 1e6)
         away = np.linalg.norm([motion.pose.x, motion.pose.y] - centre)
         assert away == pytest.approx(FORKLIFT.min_radius, abs=1e-6)
 
 
 def test_the_wheel_and_the_speed_follow_no_faster_than_they_can() -> None:
-    config, motion = DriveConfig(), Motion(FloorPose(0.0, 0.0, 0.0))
+    motion = Motion(FloorPose(0.0, 0.0, 0.0))
     for count in range(1, 5):
-        motion, _ = motion.after(10.0, 10.0, config)
-        assert motion.speed == pytest.approx(count * config.tick * config.acceleration)
-        assert motion.steering == pytest.approx(min(count * config.tick * config.steer_rate, np.arctan(1.19 / 0.8)))
+        motion, _ = motion.after(10.0, 10.0)
+        assert motion.speed == pytest.approx(count * DRIVE.tick * DRIVE.acceleration)
+        assert motion.steering == pytest.approx(min(count * DRIVE.tick * DRIVE.steer_rate, np.arctan(1.19 / 0.8)))
 
 
 def test_braking_stops_within_the_way_that_is_left() -> None:
-    config = DriveConfig()
-    motion, left = Motion(FloorPose(0.0, 0.0, 0.0), speed=config.speed), 1.0
+    motion, left = Motion(FloorPose(0.0, 0.0, 0.0), speed=DRIVE.speed), 1.0
     while motion.speed > 0.02:
-        motion, way = motion.after(slow_down(left, config), 0.0, config)
+        motion, way = motion.after(slow_down(left), 0.0)
         left -= way
         assert left > -0.005
 

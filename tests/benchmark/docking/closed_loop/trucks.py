@@ -8,10 +8,9 @@ import numpy as np
 from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
 from warehouse_sim.benchmark.docking.closed_loop.drive import Approach, Approacher, Glance
 from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle
-from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition
 from warehouse_sim.benchmark.docking.closed_loop.starts import KIND, Start
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.drives import Mount
@@ -22,7 +21,6 @@ from warehouse_sim.schema import PoseEstimate
 CAMERA = PinholeCamera.from_focal(1224, 370, 707.0)
 MOUNT = Mount(KIND, MOUNTINGS[KIND], 0.4, 0.0, 0.0)
 NO_DRIFT = replace(BASE, drift="none")
-DRIVE = DriveConfig()
 
 
 def start_at(place: Station, face: str, back: float, aside: float, turned: float) -> Start:
@@ -61,7 +59,6 @@ def approach(
     start: Start,
     perceive: Callable[[Glance], PoseEstimate | None],
     condition: Condition = NO_DRIFT,
-    drive: DriveConfig = DRIVE,
     touches: Callable[[FloorPose], bool] = lambda pose: False,
     seed: int = 0,
     sides: tuple[str, ...] = ("-x", "+x", "-y", "+y"),
@@ -71,9 +68,8 @@ def approach(
     believed = Believed(
         model.symmetry,
         [face for face in start.station.faces if face.name in sides],
-        drive,
         DRIFTS[condition.drift],
         condition.is_open,
     )
-    truck = Approacher(start.mount, CAMERA, believed, perceive, condition, drive, touches, TruckConfig())
+    truck = Approacher(start.mount, CAMERA, believed, perceive, condition, touches)
     return truck.run(start.pose, np.random.default_rng(seed))

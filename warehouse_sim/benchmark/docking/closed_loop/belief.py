@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.benchmark.docking.closed_loop.settings import Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE, Drift
 from warehouse_sim.estimators.tracking.belief import Belief, difference
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face
@@ -22,14 +22,12 @@ class Believed:
     Args:
         symmetry: Of the pallet.
         faces: Its sides.
-        config: Of the filter, and what counts as a correction.
         drift: What is known of the odometry's errors.
         keeps_first: Whether all estimates after the first are left alone.
     """
 
     symmetry: SymmetryGroup
     faces: Sequence[DockingFace]
-    config: DriveConfig
     drift: Drift
     keeps_first: bool = False
     T_odom_object: Transform | None = None
@@ -48,7 +46,7 @@ class Believed:
         if self.T_odom_object is not None and self.keeps_first:
             return
         if self._tracker is None:
-            self._tracker = Tracker({estimate.obj_id: self.symmetry}, self.config.track)
+            self._tracker = Tracker({estimate.obj_id: self.symmetry}, DRIVE.track)
         self._drifts(view.T_world_camera[:3, 3])
         self._tracker.step(view, [estimate])
         # All estimates are of the one pallet that the truck was sent to: tracks anywhere are rivals.
@@ -58,7 +56,7 @@ class Believed:
         if before is not None:
             step = difference(self.entry(view.T_world_camera), before)
             aside, turned = abs(float(before[:3, 1] @ step[:3])), abs(float(step[5]))
-            self.corrections += aside > self.config.moved[0] or turned > self.config.moved[1]
+            self.corrections += aside > DRIVE.moved[0] or turned > DRIVE.moved[1]
 
     def _drifts(self, place: Float[np.ndarray, " 3"]) -> None:
         """Make tracks less certain by the way (m) since the image before; ``place`` is the camera's (m)."""

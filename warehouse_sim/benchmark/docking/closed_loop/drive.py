@@ -8,11 +8,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from warehouse_sim.benchmark.docking.closed_loop.belief import Aim, Believed
-from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, DRIVE, Condition
 from warehouse_sim.benchmark.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down, wheel_for
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_LENGTH
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
 from warehouse_sim.scene.viewpoints.drives import Mount
@@ -84,9 +85,7 @@ class Approacher:
         believed: Of the pallet; empty.
         perceive: Estimates.
         condition: Delay, drift, whether the loop is closed.
-        config: How it drives.
         touches: Whether the truck at a true pose touches anything but the pallet.
-        truck: Its tines, and how fast they go in.
     """
 
     mount: Mount
@@ -94,9 +93,7 @@ class Approacher:
     believed: Believed
     perceive: Perceive
     condition: Condition
-    config: DriveConfig
     touches: Callable[[FloorPose], bool]
-    truck: TruckConfig
 
     def run(self, start: FloorPose, rng: np.random.Generator) -> Approach:
         """Drive from ``start``; ``rng`` draws the errors of odometry."""
@@ -126,11 +123,11 @@ class Approacher:
     @property
     def stand(self) -> float:
         """From the truck's origin to the entry where it stops steering (m)."""
-        return FORKLIFT.front + self.truck.fork.tine_length + self.config.tip_gap
+        return FORKLIFT.front + TINE_LENGTH + DRIVE.tip_gap
 
     def _look(self) -> None:
         """Take an image where one is due; the open loop takes none after its first estimate."""
-        is_due = self.time >= self.images * self.config.period - 1e-9
+        is_due = self.time >= self.images * DRIVE.period - 1e-9
         knows = self.believed.T_odom_object is not None or bool(self.pending)
         if not is_due or (self.condition.is_open and knows):
             return
@@ -162,9 +159,9 @@ class Approacher:
         if self.believed.T_odom_object is None:
             return True
         aim = Aim.of(self.believed.entry(T_odom_camera), self.odometry.T_odom_vehicle)
-        tips = aim.along - FORKLIFT.front - self.truck.fork.tine_length
+        tips = aim.along - FORKLIFT.front - TINE_LENGTH
         here = View(0, self.images, self.camera, T_odom_camera, self.time)
-        return tips > self.config.blind and in_sight(here, self.believed.T_odom_object[:3, 3])
+        return tips > DRIVE.blind and in_sight(here, self.believed.T_odom_object[:3, 3])
 
     def _receive(self) -> None:
         while self.pending and self.pending[0][0] <= self.time + 1e-9:
@@ -176,9 +173,9 @@ class Approacher:
             self.entries.append(self.believed.entry(view.T_world_camera))
 
     def _stops(self) -> str:
-        if self.missed >= self.config.patience:
+        if self.missed >= DRIVE.patience:
             return "unsure" if self.unsure else "no estimate"
-        if self.time > self.config.max_time:
+        if self.time > DRIVE.max_time:
             return "timed out"
         return ""
 
@@ -188,21 +185,21 @@ class Approacher:
         if self.entries:
             aim = self._aim()
             left = aim.along - self.stand
-            if abs(aim.turned) > self.config.max_bearing:
+            if abs(aim.turned) > DRIVE.max_bearing:
                 # A first wrong pose may be outvoted: the truck waits for some more images.
-                self.away += self.config.tick
-                if self.away > self.config.patience * self.config.period:
+                self.away += DRIVE.tick
+                if self.away > DRIVE.patience * DRIVE.period:
                     return "out of reach"
             elif left <= _THERE:
                 return self._arrived(aim)
             else:
                 # The last millimetres are crept: at the speed of braking the truck would take forever.
-                speed = max(slow_down(left, self.config), _CREEP)
-                curvature = pursue(left, aim.aside, aim.turned, self.config)
-                if abs(wheel_for(curvature) - self.motion.steering) > self.config.wheel_off:
-                    speed = min(speed, self.config.slow)
-        self.motion, way = self.motion.after(speed, curvature, self.config)
-        self.time, self.distance = self.time + self.config.tick, self.distance + way
+                speed = max(slow_down(left), _CREEP)
+                curvature = pursue(left, aim.aside, aim.turned)
+                if abs(wheel_for(curvature) - self.motion.steering) > DRIVE.wheel_off:
+                    speed = min(speed, DRIVE.slow)
+        self.motion, way = self.motion.after(speed, curvature)
+        self.time, self.distance = self.time + DRIVE.tick, self.distance + way
         self.odometry.add(way, self.motion.curvature)
         self.way.append(self.motion.pose)
         crossed = int(self.distance / _LOOK_AROUND) > int((self.distance - way) / _LOOK_AROUND)
@@ -210,7 +207,7 @@ class Approacher:
 
     def _arrived(self, aim: Aim) -> str:
         beside = aim.aside + aim.along * np.tan(aim.turned)
-        off = abs(beside) > self.config.max_lateral or abs(aim.turned) > self.config.max_yaw
+        off = abs(beside) > DRIVE.max_lateral or abs(aim.turned) > DRIVE.max_yaw
         return "misaligned" if off else ARRIVED
 
     def _aim(self) -> Aim:
@@ -225,11 +222,11 @@ class Approacher:
         heel = FORKLIFT.front
         ahead = self.odometry.T_odom_vehicle[:2, 0]
         to_entry = float(ahead @ (T_odom_dock[:2, 3] - self.odometry.T_odom_vehicle[:2, 3]))
-        way = max(to_entry - heel - self.truck.fork.heel_gap, 0.0) / self.odometry.scale
+        way = max(to_entry - heel - HEEL_GAP, 0.0) / self.odometry.scale
         self.distance += way
-        self.time += way / self.truck.speed
+        self.time += way / TRUCK.speed
         T_world_vehicle = pose_on_floor(pose.x, pose.y, pose.yaw)
-        forward = np.array([heel + way + self.truck.fork.heel_gap, 0.0, float(T_odom_dock[2, 3])])
+        forward = np.array([heel + way + HEEL_GAP, 0.0, float(T_odom_dock[2, 3])])
         _, pitch = heading(T_odom_dock)
         turn = rotation_z(pose.yaw) @ rotation_y(-pitch)
         return make_transform(turn, (T_world_vehicle @ np.append(forward, 1.0))[:3])

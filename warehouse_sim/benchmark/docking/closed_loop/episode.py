@@ -8,12 +8,11 @@ import numpy as np
 from warehouse_sim.benchmark.docking.closed_loop.belief import Believed
 from warehouse_sim.benchmark.docking.closed_loop.drive import ARRIVED, Approach, Approacher, Perceive
 from warehouse_sim.benchmark.docking.closed_loop.perceive import Oracle
-from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, Condition
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, collisions_of
 from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.record import stream
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.evaluation.docking.fork import docking_errors
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert
@@ -30,8 +29,6 @@ class Setting:
     """Recipe."""
     seed: int
     camera: PinholeCamera
-    drive: DriveConfig
-    truck: TruckConfig
 
 
 def episode(
@@ -83,11 +80,9 @@ def way_is_free(setting: Setting, start: Start) -> bool:
 
 def _truck(setting: Setting, start: Start, condition: Condition, perceive: Perceive) -> Approacher:
     scene, faces = start.station.scene, start.station.faces
-    believed = Believed(
-        scene.model_of(start.pallet).symmetry, faces, setting.drive, DRIFTS[condition.drift], condition.is_open
-    )
+    believed = Believed(scene.model_of(start.pallet).symmetry, faces, DRIFTS[condition.drift], condition.is_open)
     touches = collisions_of(scene, start)
-    return Approacher(start.mount, setting.camera, believed, perceive, condition, setting.drive, touches, setting.truck)
+    return Approacher(start.mount, setting.camera, believed, perceive, condition, touches)
 
 
 def _inserted(setting: Setting, start: Start, approach: Approach, kind: str) -> Row:
@@ -98,11 +93,11 @@ def _inserted(setting: Setting, start: Start, approach: Approach, kind: str) -> 
     scene = station.scene.scene_index
     question = Question(setting.source, scene, start.number, station.pallet.instance_id, face.name, kind, T)
     errors = docking_errors(T[None], face)
-    found = dock(station, face, T, setting.truck, stream(question))
+    found = dock(station, face, T, stream(question))
     return {
         "outcome": found.outcome,
         "by": found.by,
-        "swept": swept_answer(question, station, setting.truck),
+        "swept": swept_answer(question, station),
         "force": found.force,
         "push": found.push,
         "errors": {name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch")},

@@ -9,7 +9,7 @@ from jaxtyping import Float, UInt8
 from warehouse_sim.benchmark.docking.closed_loop.drive import Approach
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start
-from warehouse_sim.evaluation.docking.fork import ForkConfig
+from warehouse_sim.evaluation.docking.fork import HEEL_GAP, REACH, TINE_WIDTH
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.scene.solids import Solids
@@ -39,7 +39,7 @@ def picture(path: Path, runner: Runner, scene: int, number: int) -> None:
         sheet.way(approach, colour)
         sheet.line(f"{method}: {row['outcome']}, {row['time']:.0f} s, {row['corrections']} corrections", colour)
         if approach.T_world_dock is not None:
-            sheet.tines(approach.T_world_dock, start, runner.truck.fork, colour)
+            sheet.tines(approach.T_world_dock, start, colour)
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), sheet.image)
 
@@ -103,12 +103,12 @@ class _Sheet:
         )
         cv2.polylines(self.image, [self._pixels(tips)], False, colour, 2, cv2.LINE_AA)
 
-    def tines(self, T_world_dock: Transform, start: Start, fork: ForkConfig, colour: tuple[int, int, int]) -> None:
+    def tines(self, T_world_dock: Transform, start: Start, colour: tuple[int, int, int]) -> None:
         """Draw the outlines of the tines where they stop."""
         for pocket in start.face.pockets:
             aside = (invert(start.face.T_object_dock) @ pocket.T_object_pocket)[1, 3]
-            ends = [-fork.heel_gap, fork.reach]
-            corners = [[x, aside + side, 0.0] for x in ends for side in (-fork.tine_width / 2, fork.tine_width / 2)]
+            ends = [-HEEL_GAP, REACH]
+            corners = [[x, aside + side, 0.0] for x in ends for side in (-TINE_WIDTH / 2, TINE_WIDTH / 2)]
             outline = cv2.convexHull(self._pixels(transform_points(T_world_dock, np.array(corners))))
             cv2.polylines(self.image, [outline], True, colour, 2, cv2.LINE_AA)
 

@@ -12,10 +12,10 @@ from typing import Any
 from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS, Approach, Perceive
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row, Setting, episode, way_is_free
 from warehouse_sim.benchmark.docking.closed_loop.perceive import LiveScene, Oracle, Seen, hidden_scene
-from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, Condition, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIVE, Condition
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
 from warehouse_sim.benchmark.docking.record import Kept
-from warehouse_sim.benchmark.docking.truck import TruckConfig
+from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.entrants.ways import Way, way_of
 from warehouse_sim.benchmark.rows.simulated import Drive
 from warehouse_sim.benchmark.suite import ApproachConfig
@@ -54,8 +54,6 @@ class Runner:
         masks: "gt", or a front end by name.
         min_score: Below this an estimate does not count.
         starts: Of each scene, at most.
-        drive: The truck's motion.
-        truck: Its forks.
         ways: What methods stand for whose name does not say it.
         inputs: What else the answers of a method depend on, such as its weights, by method.
     """
@@ -69,8 +67,6 @@ class Runner:
     masks: str = GT_MASKS
     min_score: float = 0.2
     starts: int = 2
-    drive: DriveConfig = DriveConfig()  # noqa: RUF009  frozen
-    truck: TruckConfig = TruckConfig()  # noqa: RUF009  frozen
     ways: Mapping[str, Way] = field(default_factory=dict)
     inputs: Mapping[str, object] = field(default_factory=dict)
 
@@ -135,7 +131,7 @@ class Runner:
 
     @cached_property
     def _setting(self) -> Setting:
-        return Setting(self._recipe.name, self.seed, self._recipe.sensors.make_camera(), self.drive, self.truck)
+        return Setting(self._recipe.name, self.seed, self._recipe.sensors.make_camera())
 
     @cached_property
     def _objects(self) -> dict[int, ObjectInfo]:
@@ -167,7 +163,7 @@ class Runner:
             self._sampled_of = (
                 scene,
                 sampled,
-                starts_in(sampled, self._setting.camera, self.truck, self.starts, partial(way_is_free, self._setting)),
+                starts_in(sampled, self._setting.camera, self.starts, partial(way_is_free, self._setting)),
             )
         return self._sampled_of[1:]
 
@@ -212,7 +208,7 @@ class Runner:
     def _key(self, *what: object) -> str:
         settings: Mapping[str, object] = {
             "source": self.source, "seed": self.seed, "starts": self.starts, "what": what,
-            "drive": asdict(self.drive), "truck": asdict(self.truck),
+            "drive": asdict(DRIVE), "truck": asdict(TRUCK),
         }  # fmt: skip
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
 

@@ -9,7 +9,7 @@ from warehouse_sim.estimators.tracking.settings import TrackConfig
 
 
 @dataclass(frozen=True)
-class DriveConfig:
+class Driving:
     """The truck's motion, its controller, and the limits at which it stops by itself."""
 
     speed: float = 0.4
@@ -33,7 +33,7 @@ class DriveConfig:
     line."""
     tip_gap: float = 0.10
     """From the tips to the believed face where the truck stops steering and drives straight in (m), as
-    ``TruckConfig.start_gap`` and the outlines of accessibility have it."""
+    ``Truck.start_gap`` and the outlines of accessibility have it."""
     max_lateral: float = 0.04
     """Farthest that the believed entry may then be beside the truck's axis (m), else it is ``misaligned``."""
     max_yaw: float = 0.0436
@@ -50,6 +50,9 @@ class DriveConfig:
     """A new belief whose entry lies farther aside (m), or is turned by more (rad, half a degree), is a correction."""
     track: TrackConfig = field(default_factory=TrackConfig)
     """Filter in the odometry frame; what drift adds comes by the way driven, see ``belief.spread``."""
+
+
+DRIVE = Driving()
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.questions import why_not
 from warehouse_sim.benchmark.docking.station import Station, station_of
-from warehouse_sim.benchmark.docking.truck import TruckConfig
 from warehouse_sim.benchmark.docking.world import heading
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
@@ -63,15 +62,12 @@ class Start:
         return self.station.pallet
 
 
-def starts_in(
-    sampled: SampledScene, camera: PinholeCamera, truck: TruckConfig, most: int, is_free: Callable[[Start], bool]
-) -> list[Start]:
+def starts_in(sampled: SampledScene, camera: PinholeCamera, most: int, is_free: Callable[[Start], bool]) -> list[Start]:
     """Return up to ``most`` starts of a scene, each before another pallet; the same for the same scene.
 
     Args:
         sampled: The scene.
         camera: The truck's.
-        truck: Its tines must fit.
         most: How many.
         is_free: Whether nothing stands in the way of a start.
     """
@@ -81,7 +77,7 @@ def starts_in(
     except PlacementError:
         return []
     found: list[Start] = []
-    for station, face in _sides(sampled, truck, rng):
+    for station, face in _sides(sampled, rng):
         if any(item.pallet is station.pallet for item in found):
             continue
         start = _draw(len(found), station, face, space, camera, rng)
@@ -110,9 +106,7 @@ def collisions_of(scene: SceneSpec, start: Start) -> Callable[[FloorPose], bool]
     return touches
 
 
-def _sides(
-    sampled: SampledScene, truck: TruckConfig, rng: np.random.Generator
-) -> Iterator[tuple[Station, DockingFace]]:
+def _sides(sampled: SampledScene, rng: np.random.Generator) -> Iterator[tuple[Station, DockingFace]]:
     """Yield the faces with evaluated docking, in random order."""
     scene = sampled.scene
     reach = accessibility(scene, TRUCKS[sampled.settings.layout.truck])
@@ -125,7 +119,7 @@ def _sides(
             continue
         station = station_of(scene, number, solids)
         face = station.face(name)
-        if not why_not(station, face, truck, verdict):
+        if not why_not(station, face, verdict):
             yield station, face
 
 

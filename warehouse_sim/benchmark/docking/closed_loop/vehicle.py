@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.benchmark.docking.closed_loop.settings import Drift, DriveConfig
+from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE, Drift
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
@@ -33,7 +33,7 @@ class Motion:
         """Of the way of its origin (1/m)."""
         return float(np.tan(self.steering) / FORKLIFT.wheelbase)
 
-    def after(self, speed: float, curvature: float, config: DriveConfig) -> tuple["Motion", float]:
+    def after(self, speed: float, curvature: float) -> tuple["Motion", float]:
         """Return the motion one tick after an order, and the way driven (m).
 
         Args:
@@ -42,10 +42,10 @@ class Motion:
             config: How fast speed and steering follow.
         """
         wanted = wheel_for(curvature)
-        turn, gain = config.steer_rate * config.tick, config.acceleration * config.tick
+        turn, gain = DRIVE.steer_rate * DRIVE.tick, DRIVE.acceleration * DRIVE.tick
         steering = self.steering + float(np.clip(wanted - self.steering, -turn, turn))
         moving = max(self.speed + float(np.clip(speed - self.speed, -gain, gain)), 0.0)
-        way = config.tick * (self.speed + moving) / 2.0
+        way = DRIVE.tick * (self.speed + moving) / 2.0
         bend = float(np.tan(steering) / FORKLIFT.wheelbase)
         return Motion(self.pose.after(way, bend), moving, steering), way
 
@@ -85,22 +85,21 @@ def wheel_for(curvature: float) -> float:
     return float(np.arctan(np.clip(curvature, -most, most) * FORKLIFT.wheelbase))
 
 
-def pursue(along: float, aside: float, turned: float, config: DriveConfig) -> float:
+def pursue(along: float, aside: float, turned: float) -> float:
     """Return the curvature (1/m) that leads onto a line.
 
     Args:
         along: Way to where the truck stops on the line (m).
         aside: Offset of the truck to the left of the line (m).
         turned: Heading of the truck against it (rad), positive to the left.
-        config: Look-ahead.
     """
-    least, most = config.look_ahead
-    ahead = max(float(np.clip(config.look_fraction * along, least, most)), abs(aside) / _STEEPEST)
+    least, most = DRIVE.look_ahead
+    ahead = max(float(np.clip(DRIVE.look_fraction * along, least, most)), abs(aside) / _STEEPEST)
     forward = float(np.sqrt(ahead**2 - aside**2))
     left = -np.sin(turned) * forward - np.cos(turned) * aside
     return float(2.0 * left / ahead**2)
 
 
-def slow_down(along: float, config: DriveConfig) -> float:
+def slow_down(along: float) -> float:
     """Return the speed (m/s) at which the truck can still stop within a way (m), at half of its braking."""
-    return float(min(config.speed, np.sqrt(config.acceleration * max(along, 0.0))))
+    return float(min(DRIVE.speed, np.sqrt(DRIVE.acceleration * max(along, 0.0))))
