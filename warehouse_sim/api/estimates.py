@@ -82,7 +82,7 @@ def scores_of(
 
     if out is not None and Path(out).resolve() == data.path.resolve():
         raise InputError(f"{out} is the folder of the dataset; name another one for the scores")
-    scores = evaluate(predictions, data.scored, split, None, method, bop, vsd)
+    scores = evaluate(predictions, data.scored, split, method, bop, vsd)
     if out is not None:
         write_scores(scores, out)
     return scores
