@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observation_of
+from tests.dataset.toy import failures, make_dataset, make_scene, observation_of
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.pose import make_transform, rotation_x
 from warehouse_sim.schema import SceneSpec
@@ -31,18 +29,7 @@ def with_a_leaning_pallet(scene: SceneSpec) -> SceneSpec:
 
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
-    store = DatasetStore(tmp_path / "data", make_manifest())
-    store.begin([PALLET], CAMERA)
-    for index in range(3):
-        scene = with_a_leaning_pallet(make_scene(index))
-        views = [observation_of(scene, i, view.T_world_camera) for i, view in enumerate(scene.viewpoints)]
-        store.write_scene(scene, views, Outcome({}, RENDERER))
-    store.finish()
-    return tmp_path / "data"
-
-
-def failed(root: Path) -> dict[str, str]:
-    return {check.name: check.detail for check in validate(root) if not check.ok}
+    return make_dataset(tmp_path / "data", scene_of=lambda index: with_a_leaning_pallet(make_scene(index)))
 
 
 def test_it_is_dont_care_with_its_box_and_its_id_and_comes_last(root: Path) -> None:
@@ -63,7 +50,7 @@ def test_bop_has_its_full_pose(root: Path) -> None:
 
 
 def test_validate_understands_it(root: Path) -> None:
-    assert failed(root) == {}
+    assert failures(root) == {}
     details = {check.name: check.detail for check in validate(root)}
     assert details["kitti labels"] == "9 labels of 15 fields, 3 of them DontCare: they lean"
 
@@ -73,8 +60,8 @@ def test_what_stands_must_not_be_dont_care(root: Path) -> None:
     lines[1] = lines[2]
     (root / LABELS).write_text("\n".join(lines) + "\n")
     (root / IDS).write_text("11\n10\n12\n")
-    assert "leans by 0.00 deg only, but is DontCare" in failed(root)["kitti labels"]
-    assert failed(root)["kitti and bop labels"].endswith(
+    assert "leans by 0.00 deg only, but is DontCare" in failures(root)["kitti labels"]
+    assert failures(root)["kitti and bop labels"].endswith(
         "label 3: is DontCare in KITTI, but stands in BOP (and 1 more)"
     )
 
@@ -91,7 +78,7 @@ def test_what_stands_must_not_be_dont_care(root: Path) -> None:
 )
 def test_wrong_ids_are_found(root: Path, ids: str, complaint: str) -> None:
     (root / IDS).write_text(ids)
-    assert complaint in failed(root)["kitti labels"]
+    assert complaint in failures(root)["kitti labels"]
 
 
 def test_a_leaning_object_must_not_have_an_upright_box(root: Path) -> None:
@@ -101,4 +88,4 @@ def test_a_leaning_object_must_not_have_an_upright_box(root: Path) -> None:
     lean = np.array(item["T_world_object"]) @ make_transform(rotation_x(math.radians(5.0)))
     item["T_world_object"] = lean.tolist()
     record.write_text(json.dumps(data))
-    assert "object 11 leans by 5.00 deg and must be DontCare" in failed(root)["kitti labels"]
+    assert "object 11 leans by 5.00 deg and must be DontCare" in failures(root)["kitti labels"]

@@ -1,4 +1,5 @@
 import hashlib
+import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -31,8 +32,14 @@ def contents(root: Path) -> dict[str, str]:
     return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def test_order_of_scenes_does_not_change_a_byte(toy_root: Path, tmp_path: Path) -> None:
-    assert contents(make_dataset(tmp_path / "other", order=[2, 0, 1])) == contents(toy_root)
+@pytest.mark.parametrize(
+    "formats", [("kitti", "bop", "bop_webdataset"), ("coco", "yolo"), ("linemod",), ("mcap", "pcd", "ply")]
+)
+def test_neither_order_nor_day_changes_a_byte(tmp_path: Path, monkeypatch, formats: tuple[str, ...]) -> None:
+    one = contents(make_dataset(tmp_path / "one", make_manifest(formats=formats)))
+    monkeypatch.setattr(time, "time_ns", lambda: 5)
+    monkeypatch.setattr(time, "time", lambda: 5.0)
+    assert contents(make_dataset(tmp_path / "other", make_manifest(formats=formats), order=[2, 0, 1])) == one
 
 
 def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> None:

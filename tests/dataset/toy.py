@@ -1,5 +1,6 @@
 """A small warehouse drawn by exact ray casting against boxes in numpy: no renderer, every pixel known."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,7 @@ from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.stored.scene_record import Outcome
+from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
@@ -204,14 +206,26 @@ def with_recipe(manifest: Manifest, recipe: dict) -> Manifest:
     return replace(manifest, recipe=recipe, contents=recipe_contents(recipe))
 
 
-def make_dataset(root: Path, manifest: Manifest | None = None, order: list[int] | None = None) -> Path:
-    """Write a whole toy dataset, its scenes in the given order."""
+def make_dataset(
+    root: Path,
+    manifest: Manifest | None = None,
+    order: list[int] | None = None,
+    change: Callable[[Observation], Observation] = lambda observation: observation,
+    scene_of: Callable[[int], SceneSpec] = make_scene,
+) -> Path:
+    """Write a whole toy dataset, its scenes in the given order, of observations as ``change`` returns them."""
     store = DatasetStore(root, manifest or make_manifest())
     store.begin([PALLET], CAMERA)
     for index in order or range(store.manifest.scenes):
-        write_scene(store, index)
+        scene = scene_of(index)
+        store.write_scene(scene, map(change, observe(scene)), Outcome({"problems": [], "speed": 0.0}, RENDERER))
     store.finish()
     return root
+
+
+def failures(root: Path) -> dict[str, str]:
+    """Return what ``validate`` finds, by the name of the check."""
+    return {check.name: check.detail for check in validate(root) if not check.ok}
 
 
 def write_scene(store: DatasetStore, index: int) -> None:

@@ -131,6 +131,17 @@ def edit_lines(path: Path, change: Callable[[list[list[str]]], object]) -> None:
     replace(path, "".join(" ".join(row) + "\n" for row in rows).encode())
 
 
+def edit_label(folder: Folder, change: Callable[[list[str]], object]) -> None:
+    """Change the words of one row of KITTI's labels."""
+    view = folder.target()[0]
+    edit_lines(view.kitti("label_2", "txt"), lambda rows: change(rows[folder.rng.integers(len(rows))]))
+
+
+def edit_row(view: View, table: str, index: int, change: Callable[[Any], object]) -> None:
+    """Change the row of a target in a table of BOP."""
+    edit(view.table(table), lambda data: change(data[str(view.image)][index]))
+
+
 def edit_calib(view: View, key: str, change: Callable[[np.ndarray], np.ndarray]) -> None:
     def on(rows: list[list[str]]) -> None:
         for row in rows:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.dataset.faults.folder import Folder, View, edit, edit_calib, edit_lines, edit_vertices, load
+from tests.dataset.faults.folder import Folder, View, edit, edit_calib, edit_label, edit_row, edit_vertices, load
 
 BOX = [f"{word}_{axis}" for word in ("min", "size") for axis in "xyz"]
 
@@ -34,12 +34,7 @@ def model_table_in_metres(folder: Folder) -> None:
 
 def object_in_millimetres(folder: Folder) -> None:
     number = folder.model()
-
-    def change(data: dict) -> None:
-        scale(data[number], "size", 1e3)
-        scale(data[number], "diameter", 1e3)
-
-    edit(folder.root / "objects.json", change)
+    edit(folder.root / "objects.json", lambda data: scale_all(data[number], ["size", "diameter"], 1e3))
 
 
 def mesh_axes_exchanged(folder: Folder) -> None:
@@ -54,7 +49,7 @@ def mesh_inside_out(folder: Folder) -> None:
 
 def translation_in_metres(folder: Folder) -> None:
     view, index = folder.target()
-    edit(view.table("gt"), lambda data: scale(data[str(view.image)][index], "cam_t_m2c", 1e-3))
+    edit_row(view, "gt", index, lambda row: scale(row, "cam_t_m2c", 1e-3))
 
 
 def all_translations_in_metres(folder: Folder) -> None:
@@ -84,39 +79,27 @@ def wrong_depth_scale(folder: Folder) -> None:
 
 
 def label_in_millimetres(folder: Folder) -> None:
-    view = label_view(folder)
-
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         row[11:14] = [f"{1000 * float(word):.6f}" for word in row[11:14]]
 
-    edit_lines(view.kitti("label_2", "txt"), on)
+    edit_label(folder, on)
 
 
 def label_in_degrees(folder: Folder) -> None:
-    view = label_view(folder)
-
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         row[3], row[14] = (f"{np.degrees(float(row[i])):.6f}" for i in (3, 14))
 
-    edit_lines(view.kitti("label_2", "txt"), on)
+    edit_label(folder, on)
 
 
 def label_turned(folder: Folder) -> None:
     """Turn one box by a right angle, observation angle included: only another source can tell."""
-    view = label_view(folder)
 
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         for i in (3, 14):
             row[i] = f"{np.arctan2(np.sin(float(row[i]) + np.pi / 2), np.cos(float(row[i]) + np.pi / 2)):.6f}"
 
-    edit_lines(view.kitti("label_2", "txt"), on)
-
-
-def label_view(folder: Folder) -> View:
-    return folder.target()[0]
+    edit_label(folder, on)
 
 
 def change_camera(folder: Folder, change, views: list[View] | None = None) -> None:
@@ -180,8 +163,7 @@ def record_camera_inverted(folder: Folder) -> None:
 def change_pose(folder: Folder, view: View, index: int, change, everywhere: bool) -> None:
     """Change a pose in scene_gt, and if wanted in the scene record, so that only pixels can tell."""
 
-    def on(data: dict) -> None:
-        row = data[str(view.image)][index]
+    def on(row: dict) -> None:
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = np.reshape(row["cam_R_m2c"], (3, 3)), row["cam_t_m2c"]
         T = change(T)
@@ -189,7 +171,7 @@ def change_pose(folder: Folder, view: View, index: int, change, everywhere: bool
         found.append(T)
 
     found: list[np.ndarray] = []
-    edit(view.table("gt"), on)
+    edit_row(view, "gt", index, on)
     if not everywhere:
         return
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.dataset.faults.folder import Folder, edit, edit_lines, edit_vertices, load
+from tests.dataset.faults.folder import Folder, edit, edit_label, edit_lines, edit_row, edit_vertices, load
 
 
 def frame_of_test_in_train(folder: Folder) -> None:
@@ -54,42 +54,33 @@ def format_left_out(folder: Folder) -> None:
 
 def no_number(folder: Folder) -> None:
     view, index = folder.target()
-    edit(
-        view.table("gt"),
-        lambda d: d[str(view.image)][index]["cam_t_m2c"].__setitem__(int(folder.rng.integers(3)), np.nan),
-    )
+    edit_row(view, "gt", index, lambda row: row["cam_t_m2c"].__setitem__(int(folder.rng.integers(3)), np.nan))
 
 
 def object_of_another_class(folder: Folder) -> None:
     view, index = folder.target()
     numbers = list(load(folder.root / "objects.json"))
 
-    def on(data: dict) -> None:
-        row = data[str(view.image)][index]
+    def on(row: dict) -> None:
         row["obj_id"] = int(folder.rng.choice([n for n in numbers if int(n) != row["obj_id"]]))
 
-    edit(view.table("gt"), on)
+    edit_row(view, "gt", index, on)
 
 
 def truncation_wrong(folder: Folder) -> None:
     """Say of a target that lies in the image that the border cuts half of it off."""
-    view = folder.target()[0]
 
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         row[1] = f"{(float(row[1]) + 0.5) % 1.0:.4f}"
 
-    edit_lines(view.kitti("label_2", "txt"), on)
+    edit_label(folder, on)
 
 
 def occlusion_wrong(folder: Folder) -> None:
-    view = folder.target()[0]
-
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         row[2] = str((int(row[2]) + 2) % 3)
 
-    edit_lines(view.kitti("label_2", "txt"), on)
+    edit_label(folder, on)
 
 
 def split_counted_wrong(folder: Folder) -> None:

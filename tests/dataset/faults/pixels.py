@@ -1,7 +1,5 @@
 """Faults of boxes, counts, masks, depth and colour."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 from pycocotools import mask as coco_mask
@@ -11,12 +9,17 @@ from tests.dataset.faults.folder import (
     View,
     edit,
     edit_image,
-    edit_lines,
+    edit_label,
+    edit_row,
     exchange,
     load,
     png_without_end,
     replace,
 )
+
+
+def one_more(box: list) -> None:
+    box[2], box[3] = box[2] + 1, box[3] + 1
 
 
 def visible_box_one_more(folder: Folder) -> None:
@@ -25,8 +28,7 @@ def visible_box_one_more(folder: Folder) -> None:
 
         def on(data: dict, key: str = str(view.image)) -> None:
             for row in data[key]:
-                row["bbox_visib"][2] += 1
-                row["bbox_visib"][3] += 1
+                one_more(row["bbox_visib"])
 
         edit(view.table("gt_info"), on)
 
@@ -36,16 +38,8 @@ def whole_box_one_more(folder: Folder) -> None:
     view, index = folder.target()
     number = sum(len(rows) for key, rows in load(view.table("gt_info")).items() if int(key) < view.image) + index
 
-    def on(data: dict) -> None:
-        box = data[str(view.image)][index]["bbox_obj"]
-        box[2], box[3] = box[2] + 1, box[3] + 1
-
-    def on_coco(data: dict) -> None:
-        box = data["annotations"][number]["bbox"]
-        box[2], box[3] = box[2] + 1, box[3] + 1
-
-    edit(view.table("gt_info"), on)
-    edit(view.table("gt_coco"), on_coco)
+    edit_row(view, "gt_info", index, lambda row: one_more(row["bbox_obj"]))
+    edit(view.table("gt_coco"), lambda data: one_more(data["annotations"][number]["bbox"]))
 
 
 def coco_box_as_corners(folder: Folder) -> None:
@@ -80,24 +74,16 @@ def coco_runs_along_rows(folder: Folder) -> None:
 
 
 def kitti_box_as_width(folder: Folder) -> None:
-    view = folder.target()[0]
-
-    def on(rows: list) -> None:
-        row = rows[folder.rng.integers(len(rows))]
+    def on(row: list[str]) -> None:
         row[6], row[7] = (f"{float(row[i + 2]) - float(row[i]):.2f}" for i in (4, 5))
 
-    edit_lines(view.kitti("label_2", "txt"), on)
+    edit_label(folder, on)
 
 
 def fraction_of_the_image(folder: Folder) -> None:
     """Store the fraction of one target's box instead of its amodal mask."""
     view, index = folder.target()
-
-    def on(data: dict) -> None:
-        row = data[str(view.image)][index]
-        row["visib_fract"] = min(0.5 * row["visib_fract"] + 0.01, 1.0)
-
-    edit(view.table("gt_info"), on)
+    edit_row(view, "gt_info", index, lambda row: row.update(visib_fract=min(0.5 * row["visib_fract"] + 0.01, 1.0)))
 
 
 def amodal_mask_counted_in_the_image(folder: Folder) -> None:
@@ -110,12 +96,11 @@ def amodal_mask_counted_in_the_image(folder: Folder) -> None:
     ]
     view, index = cut[folder.rng.integers(len(cut))]
 
-    def on(data: dict) -> None:
-        row = data[str(view.image)][index]
+    def on(row: dict) -> None:
         row["px_count_all"] = inside(view, index)
         row["visib_fract"] = row["px_count_visib"] / row["px_count_all"]
 
-    edit(view.table("gt_info"), on)
+    edit_row(view, "gt_info", index, on)
 
 
 def inside(view: View, index: int) -> int:
@@ -176,10 +161,6 @@ def mask_inverted(folder: Folder) -> None:
     edit_image(view.mask("mask_visib", index), lambda image: 255 - image)
 
 
-def depth_files(view: View) -> list[tuple[Path, float]]:
-    return [(view.bop_image("depth"), 1000.0), (view.kitti("depth_2", "png"), 256.0)]
-
-
 def depth_as_range(folder: Folder) -> None:
     """Store the distance from the camera instead of that along its axis, in all files, labels and counts included."""
     for view in folder.views():
@@ -220,36 +201,31 @@ def colours_as_bgr(folder: Folder) -> None:
 
 def colour_of_another_scene(folder: Folder) -> None:
     """Let images of two scenes change places, in both formats."""
-    views = folder.views()
-    a = views[folder.rng.integers(len(views))]
-    others = [view for view in views if view.scene != a.scene]
-    b = others[folder.rng.integers(len(others))]
-    exchange(a.bop_image("rgb"), b.bop_image("rgb"))
-    exchange(a.kitti("image_2", "png"), b.kitti("image_2", "png"))
+    exchange_images(folder, (("rgb", "image_2"),))
 
 
 def colour_and_gt_of_another_scene(folder: Folder) -> None:
     """The same with the clean images: only what is seen where can tell."""
+    exchange_images(folder, (("rgb", "image_2"), ("rgb_clean", "image_clean_2")))
+
+
+def exchange_images(folder: Folder, kinds: tuple[tuple[str, str], ...]) -> None:
     views = folder.views()
     a = views[folder.rng.integers(len(views))]
     others = [view for view in views if view.scene != a.scene]
     b = others[folder.rng.integers(len(others))]
-    for kinds in (("rgb", "image_2"), ("rgb_clean", "image_clean_2")):
-        exchange(a.bop_image(kinds[0]), b.bop_image(kinds[0]))
-        exchange(a.kitti(kinds[1], "png"), b.kitti(kinds[1], "png"))
+    for of_bop, of_kitti in kinds:
+        exchange(a.bop_image(of_bop), b.bop_image(of_bop))
+        exchange(a.kitti(of_kitti, "png"), b.kitti(of_kitti, "png"))
 
 
 def cut_image(folder: Folder) -> None:
-    cut(folder, ("rgb", "depth", "rgb_clean", "depth_clean"))
-
-
-def cut(folder: Folder, kinds: tuple[str, ...]) -> None:
-    path = folder.view().bop_image(str(folder.rng.choice(kinds)))
+    path = folder.view().bop_image(str(folder.rng.choice(("rgb", "depth", "rgb_clean", "depth_clean"))))
     replace(path, png_without_end(path.read_bytes()))
 
 
 def depth_bytes_exchanged(folder: Folder) -> None:
     """Take a PNG's big-endian numbers for little-endian ones, in one image of each format."""
     view = folder.view()
-    for path, _ in depth_files(view):
+    for path in (view.bop_image("depth"), view.kitti("depth_2", "png")):
         edit_image(path, lambda image: image.byteswap())

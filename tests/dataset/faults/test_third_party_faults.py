@@ -12,6 +12,7 @@ from tests.dataset.faults import geometry, lists, pixels
 from tests.dataset.faults.folder import Folder, linked_copy
 from tests.dataset.faults.table import FAULTS, Fault
 from tests.dataset.formats.test_external_bop import write_folder
+from tests.dataset.toy import failures
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.validate import validate
 
@@ -90,14 +91,14 @@ def edit_table(root: Path, name: str, change: Callable[[dict], object]) -> None:
 def test_units_are_told_without_masks(tmp_path: Path) -> None:
     root = write_folder(tmp_path / "theirs", masks=False)
     edit_table(root, "gt", lambda data: data["1"][0].update(cam_t_m2c=[0.02, 0.0, 1.5]))
-    found = {check.name: check.detail for check in validate(root) if not check.ok}
+    found = failures(root)
     assert "millimetres are meant" in found["labels"]
 
 
 def test_an_unknown_object_is_named(tmp_path: Path) -> None:
     root = write_folder(tmp_path / "theirs")
     edit_table(root, "gt", lambda data: data["2"][0].update(obj_id=9))
-    found = {check.name: check.detail for check in validate(root) if not check.ok}
+    found = failures(root)
     assert "obj_id 9 is no known object" in found["bop objects"]
 
 

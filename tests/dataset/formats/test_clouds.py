@@ -13,6 +13,7 @@ from tests.dataset.toy import (
     CAMERA,
     PALLET,
     T_CAMERA_LIDAR,
+    failures,
     make_dataset,
     make_manifest,
     make_scene,
@@ -34,11 +35,6 @@ ENCODE = {"ply": encode_ply, "pcd": encode_pcd}
 PCD_TYPES = {("F", "4"): "<f4", ("I", "4"): "<i4", ("U", "4"): "<u4"}
 
 
-@pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_dataset(tmp_path_factory.mktemp("clouds") / "data", make_manifest(formats=("pcd", "ply")))
-
-
 def pcd_points(path: Path) -> np.ndarray:
     """Decode a binary PCD file by its header alone."""
     head, _, body = path.read_bytes().partition(b"DATA binary\n")
@@ -49,23 +45,23 @@ def pcd_points(path: Path) -> np.ndarray:
     return rows
 
 
-def test_a_sweep_is_that_of_the_lidar_in_its_own_frame(root: Path) -> None:
+def test_a_sweep_is_that_of_the_lidar_in_its_own_frame(streams_root: Path) -> None:
     scan = observe(make_scene(0))[0].lidar
     assert scan is not None
-    folder = root / "ply" / "train" / "000000"
+    folder = streams_root / "ply" / "train" / "000000"
     vertices = trimesh.load(folder / "000000_lidar.ply").vertices
     np.testing.assert_array_equal(vertices.astype(np.float32), scan.points)
-    rows = pcd_points(root / "pcd" / "train" / "000000" / "000000_lidar.pcd")
+    rows = pcd_points(streams_root / "pcd" / "train" / "000000" / "000000_lidar.pcd")
     np.testing.assert_array_equal(np.stack([rows["x"], rows["y"], rows["z"]], axis=1), scan.points)
     for name in ("intensity", "ring", "time"):
         np.testing.assert_array_equal(rows[name], getattr(scan, name))
     np.testing.assert_array_equal(rows["instance_id"], scan.instance_ids)
 
 
-def test_labels_are_classes_of_ids(root: Path) -> None:
-    rows = pcd_points(root / "pcd" / "train" / "000000" / "000000_lidar.pcd")
-    data = json.loads((root / "pcd" / "train" / "000000" / "000000.json").read_text())
-    record = json.loads((root / "scenes" / "000000.json").read_text())
+def test_labels_are_classes_of_ids(streams_root: Path) -> None:
+    rows = pcd_points(streams_root / "pcd" / "train" / "000000" / "000000_lidar.pcd")
+    data = json.loads((streams_root / "pcd" / "train" / "000000" / "000000.json").read_text())
+    record = json.loads((streams_root / "scenes" / "000000.json").read_text())
     classes = {item["instance_id"]: item["class_name"] for item in record["objects"]}
     assert {classes[number] for number in set(rows["instance_id"].tolist())} >= {"pallet", "carton", "floor"}
     for number in set(rows["instance_id"].tolist()):
@@ -73,9 +69,9 @@ def test_labels_are_classes_of_ids(root: Path) -> None:
         assert set(rows["label"][rows["instance_id"] == number].tolist()) == {data["classes"][classes[number]]}
 
 
-def test_the_cloud_of_the_camera_is_its_depth_and_colour_seen_through_its_pixels(root: Path) -> None:
+def test_the_cloud_of_the_camera_is_its_depth_and_colour_seen_through_its_pixels(streams_root: Path) -> None:
     observation = observe(make_scene(0))[0]
-    rows = pcd_points(root / "pcd" / "train" / "000000" / "000000_camera.pcd")
+    rows = pcd_points(streams_root / "pcd" / "train" / "000000" / "000000_camera.pcd")
     u = np.rint(CAMERA.fx * rows["x"] / rows["z"] + CAMERA.cx).astype(int)
     v = np.rint(CAMERA.fy * rows["y"] / rows["z"] + CAMERA.cy).astype(int)
     image = np.zeros(observation.rgbd.depth.shape, np.float32)
@@ -83,15 +79,15 @@ def test_the_cloud_of_the_camera_is_its_depth_and_colour_seen_through_its_pixels
     np.testing.assert_array_equal(image, observation.rgbd.depth)
     color = np.stack([rows["rgb"] >> 16 & 255, rows["rgb"] >> 8 & 255, rows["rgb"] & 255], axis=1)
     np.testing.assert_array_equal(color, observation.rgbd.rgb[v, u])
-    cloud = trimesh.load(root / "ply" / "train" / "000000" / "000000_camera.ply")
+    cloud = trimesh.load(streams_root / "ply" / "train" / "000000" / "000000_camera.ply")
     np.testing.assert_array_equal(cloud.colors[:, :3], observation.rgbd.rgb[v, u])
     # Float32 at 30 m: half of 2e-6 m.
     exact = observation.camera.rays()[v, u] * observation.rgbd.depth[v, u][:, None]
     np.testing.assert_allclose(cloud.vertices, exact, rtol=0, atol=1e-6)
 
 
-def test_poses_bring_lidar_and_camera_together(root: Path) -> None:
-    folder = root / "ply" / "train" / "000000"
+def test_poses_bring_lidar_and_camera_together(streams_root: Path) -> None:
+    folder = streams_root / "ply" / "train" / "000000"
     data = json.loads((folder / "000000.json").read_text())
     T_camera_lidar = np.array(data["sensors"]["lidar"]["T_camera_sensor"])
     T_world_lidar = np.array(data["T_world_camera"]) @ T_camera_lidar
@@ -115,8 +111,8 @@ def test_the_reader_of_a_dataset_has_its_sweeps(tmp_path: Path, name: str) -> No
             np.testing.assert_array_equal(getattr(found.reading, field), getattr(own, field))
 
 
-def test_validate_holds_and_finds_millimetres(root: Path, tmp_path: Path) -> None:
-    checks = {check.name: check for check in validate(root)}
+def test_validate_holds_and_finds_millimetres(streams_root: Path, tmp_path: Path) -> None:
+    checks = {check.name: check for check in validate(streams_root)}
     assert all(check.ok for check in checks.values()), checks
     assert {"ply files", "ply clouds", "pcd files", "pcd clouds"} <= checks.keys()
     copy = make_dataset(tmp_path / "data", make_manifest(formats=("ply",)))
@@ -125,7 +121,7 @@ def test_validate_holds_and_finds_millimetres(root: Path, tmp_path: Path) -> Non
     for name in "xyz":
         table[name] *= 1000.0
     path.write_bytes(encode_ply(table, "metres"))
-    (problem,) = [check.detail for check in validate(copy) if not check.ok]
+    (problem,) = failures(copy).values()
     assert str(path) in problem
     assert "metres are expected" in problem
 

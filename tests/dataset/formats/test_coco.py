@@ -12,19 +12,12 @@ from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
+from tests.dataset.toy import CAMERA, PALLET, make_manifest, make_scene, observe, write_scene
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 SPLITS = {"train": (0,), "val": (1,), "test": (2,)}
-
-
-@pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    manifest = make_manifest(formats=("coco", "bop"))
-    assert {name: tuple(scenes) for name, scenes in manifest.splits.items()} == SPLITS
-    return make_dataset(tmp_path_factory.mktemp("coco") / "data", manifest)
 
 
 def load(root: Path, name: str, split: str) -> COCO:
@@ -37,8 +30,8 @@ def seen_targets(scene: int, observation: int) -> list:
 
 
 @pytest.mark.parametrize("split", SPLITS)
-def test_instances_are_the_visible_pixels(root: Path, split: str) -> None:
-    coco, (scene,) = load(root, "instances", split), SPLITS[split]
+def test_instances_are_the_visible_pixels(images_root: Path, split: str) -> None:
+    coco, (scene,) = load(images_root, "instances", split), SPLITS[split]
     assert sorted(coco.imgs) == [2 * scene, 2 * scene + 1]
     found = 0
     for image in coco.imgs.values():
@@ -57,8 +50,8 @@ def test_instances_are_the_visible_pixels(root: Path, split: str) -> None:
     assert found >= 2
 
 
-def test_amodal_masks_are_cut_at_the_image_and_the_uncut_box_is_told(root: Path) -> None:
-    amodal, instances = load(root, "instances_amodal", "train"), load(root, "instances", "train")
+def test_amodal_masks_are_cut_at_the_image_and_the_uncut_box_is_told(images_root: Path) -> None:
+    amodal, instances = load(images_root, "instances_amodal", "train"), load(images_root, "instances", "train")
     assert sorted(amodal.anns) == sorted(instances.anns)
     left_the_image = hidden = 0
     for number, row in amodal.anns.items():
@@ -84,8 +77,8 @@ def test_amodal_masks_are_cut_at_the_image_and_the_uncut_box_is_told(root: Path)
 
 
 @pytest.mark.parametrize("split", SPLITS)
-def test_panoptic_images_name_every_pixel(root: Path, split: str) -> None:
-    path, (scene,) = root / "coco" / "annotations" / f"panoptic_{split}.json", SPLITS[split]
+def test_panoptic_images_name_every_pixel(images_root: Path, split: str) -> None:
+    path, (scene,) = images_root / "coco" / "annotations" / f"panoptic_{split}.json", SPLITS[split]
     data = json.loads(path.read_text())
     categories = {item["id"]: item for item in data["categories"]}
     assert [row["image_id"] for row in data["annotations"]] == [image["id"] for image in data["images"]]
@@ -107,13 +100,13 @@ def test_panoptic_images_name_every_pixel(root: Path, split: str) -> None:
         assert (image["width"], image["height"]) == (CAMERA.width, CAMERA.height)
 
 
-def test_numbers_of_annotations_are_unique_in_the_dataset_and_begin_with_one(root: Path) -> None:
-    numbers = [number for split in SPLITS for number in load(root, "instances", split).anns]
+def test_numbers_of_annotations_are_unique_in_the_dataset_and_begin_with_one(images_root: Path) -> None:
+    numbers = [number for split in SPLITS for number in load(images_root, "instances", split).anns]
     assert numbers == list(range(1, len(numbers) + 1))
 
 
-def test_the_ground_truth_scores_one(root: Path) -> None:
-    coco = load(root, "instances", "train")
+def test_the_ground_truth_scores_one(images_root: Path) -> None:
+    coco = load(images_root, "instances", "train")
     rows = [
         {key: row[key] for key in ("image_id", "category_id", "bbox", "segmentation")} | {"score": 1.0}
         for row in coco.anns.values()
@@ -128,12 +121,12 @@ def test_the_ground_truth_scores_one(root: Path) -> None:
         assert score.stats[0] == 1.0
 
 
-def test_images_are_names_of_the_same_file(root: Path) -> None:
-    image, other = root / "coco/train/000000_000001.png", root / "bop/train/000000/rgb/000001.png"
+def test_images_are_names_of_the_same_file(images_root: Path) -> None:
+    image, other = images_root / "coco/train/000000_000001.png", images_root / "bop/train/000000/rgb/000001.png"
     assert image.stat().st_ino == other.stat().st_ino
 
 
-def test_the_same_bytes_in_any_order_and_after_an_interruption(root: Path, tmp_path: Path) -> None:
+def test_the_same_bytes_in_any_order_and_after_an_interruption(images_root: Path, tmp_path: Path) -> None:
     manifest = make_manifest(formats=("coco", "bop"))
     store = DatasetStore(tmp_path / "data", manifest)
     store.begin([PALLET], CAMERA)
@@ -145,10 +138,10 @@ def test_the_same_bytes_in_any_order_and_after_an_interruption(root: Path, tmp_p
     for index in (0, 1):
         write_scene(store, index)
     store.finish()
-    names = sorted(path.relative_to(root) for path in (root / "coco").rglob("*") if path.is_file())
+    names = sorted(path.relative_to(images_root) for path in (images_root / "coco").rglob("*") if path.is_file())
     assert names == sorted(path.relative_to(tmp_path / "data") for path in (tmp_path / "data/coco").rglob("*.*"))
     for name in names:
-        assert (tmp_path / "data" / name).read_bytes() == (root / name).read_bytes(), name
+        assert (tmp_path / "data" / name).read_bytes() == (images_root / name).read_bytes(), name
 
 
 def test_a_missing_part_of_a_scene_is_named(tmp_path: Path) -> None:

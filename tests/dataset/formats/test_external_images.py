@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.dataset.toy import make_dataset, make_manifest, make_scene, observe
+from tests.dataset.toy import make_scene, observe
 from warehouse_sim.dataset.reader import DatasetReader, is_dataset
 from warehouse_sim.errors import DatasetError
 
@@ -136,14 +136,9 @@ def test_a_table_beside_its_images_is_read(tmp_path: Path) -> None:
     assert reader.rgb(reader.images("val")[0]).shape == (40, 60, 3)
 
 
-@pytest.fixture(scope="module")
-def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_dataset(tmp_path_factory.mktemp("ours") / "data", make_manifest(formats=("coco", "yolo", "bop")))
-
-
 @pytest.mark.parametrize("alone", [False, True])
-def test_our_coco_comes_back_with_poses_and_cameras(ours: Path, tmp_path: Path, alone: bool) -> None:
-    root = Path(shutil.copytree(ours, tmp_path / "data"))
+def test_our_coco_comes_back_with_poses_and_cameras(images_root: Path, tmp_path: Path, alone: bool) -> None:
+    root = Path(shutil.copytree(images_root, tmp_path / "data"))
     for name in ("bop", "yolo"):
         shutil.rmtree(root / name)
     if not alone:
@@ -151,7 +146,7 @@ def test_our_coco_comes_back_with_poses_and_cameras(ours: Path, tmp_path: Path, 
         (root / "manifest.json").write_text(json.dumps(manifest))
     reader = DatasetReader(root / "coco" if alone else root)
     assert reader.splits == {"train": (0,), "val": (1,), "test": (2,)}
-    other = DatasetReader(ours)
+    other = DatasetReader(images_root)
     assert other.has_depth
     for mine, theirs in zip(reader.images("train"), other.images("train"), strict=True):
         assert (mine.scene_id, mine.image_id) == (theirs.scene_id, theirs.image_id)
@@ -168,8 +163,8 @@ def test_our_coco_comes_back_with_poses_and_cameras(ours: Path, tmp_path: Path, 
 
 
 @pytest.mark.parametrize("task", ["detect", "segment", "pose", "obb"])
-def test_each_task_of_our_yolo_is_a_folder_of_others(ours: Path, task: str) -> None:
-    reader = DatasetReader(ours / "yolo" / task)
+def test_each_task_of_our_yolo_is_a_folder_of_others(images_root: Path, task: str) -> None:
+    reader = DatasetReader(images_root / "yolo" / task)
     assert {number: info.class_name for number, info in reader.objects.items()} == {1: "pallet"}
     image, empty = reader.images("train")
     seen = observe(make_scene(0))[0]

@@ -7,14 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, RENDERER, T_CAMERA_LIDAR, make_manifest, make_scene, observe, with_recipe
+from tests.dataset.toy import CAMERA, T_CAMERA_LIDAR, failures, make_dataset, make_manifest, with_recipe
 from warehouse_sim.dataset.files.image_io import encode_disparity
 from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
-from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
-from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.schema import Observation, StereoReading
 
@@ -38,13 +36,7 @@ def with_matched(observation: Observation) -> Observation:
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
     manifest = with_recipe(make_manifest(formats=("kitti",)), {"sensors": SENSORS})
-    store = DatasetStore(tmp_path / "data", manifest)
-    store.begin([PALLET], CAMERA)
-    for index in range(manifest.scenes):
-        scene = make_scene(index)
-        store.write_scene(scene, map(with_more, observe(scene)), Outcome({}, RENDERER))
-    store.finish()
-    return tmp_path / "data"
+    return make_dataset(tmp_path / "data", manifest, change=with_more)
 
 
 def kinds_of(sensors: dict) -> dict[str, str]:
@@ -60,7 +52,7 @@ def test_kinds_follow_the_recipes_sensors() -> None:
 
 
 def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:
-    assert [check for check in validate(root) if not check.ok] == []
+    assert failures(root) == {}
     calib = root / "kitti/training/calib/000000.txt"
     P3 = parse_calib(calib.read_text(), "calib")["P3"]
     assert P3[0, 3] == pytest.approx(-110.0 * 0.25)
@@ -83,13 +75,8 @@ def test_matched_disparities_that_are_no_image_are_named(tmp_path: Path) -> None
     manifest = with_recipe(
         make_manifest(formats=("kitti",)), {"sensors": {"right": {"baseline": 0.25, "matching": {}}}}
     )
-    store = DatasetStore(tmp_path / "data", manifest)
-    store.begin([PALLET], CAMERA)
-    for index in range(manifest.scenes):
-        scene = make_scene(index)
-        store.write_scene(scene, map(with_matched, observe(scene)), Outcome({}, RENDERER))
-    store.finish()
-    assert [check for check in validate(tmp_path / "data") if not check.ok] == []
+    make_dataset(tmp_path / "data", manifest, change=with_matched)
+    assert failures(tmp_path / "data") == {}
     path = tmp_path / "data/kitti/training/disp_sgbm/000000.png"
     path.write_bytes(bytes(path.stat().st_size))
     (broken,) = [check for check in validate(tmp_path / "data") if not check.ok]

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.dataset.toy import CAMERA, MODELS, PALLET, make_manifest, make_scene, observe
+from tests.dataset.toy import MODELS, PALLET, make_dataset, make_scene
 from warehouse_sim.dataset.files.ply import write_ply
-from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import Outcome, read_damaged_mesh, read_scene_record
+from warehouse_sim.dataset.stored.scene_record import read_damaged_mesh, read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import SceneSpec
@@ -27,14 +26,7 @@ def damaged_scene(index: int) -> SceneSpec:
 
 @pytest.fixture(scope="module")
 def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    manifest = make_manifest()
-    store = DatasetStore(tmp_path_factory.mktemp("damaged") / "data", manifest)
-    store.begin([PALLET], CAMERA)
-    for index in range(manifest.scenes):
-        scene = damaged_scene(index)
-        store.write_scene(scene, observe(scene), Outcome({}, "numpy ray caster"))
-    store.finish()
-    return store.root
+    return make_dataset(tmp_path_factory.mktemp("damaged") / "data", scene_of=damaged_scene)
 
 
 def test_another_reader_finds_the_surface_without_the_lost_board(root: Path) -> None:

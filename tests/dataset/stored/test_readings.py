@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observe, with_recipe
+from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, with_recipe
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.readings import encode_reading
-from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import make_transform
@@ -38,14 +37,7 @@ def with_ring(observation: Observation) -> Observation:
 
 
 def make(root: Path, change=with_ring) -> Path:
-    manifest = with_recipe(make_manifest(), RECIPE)
-    store = DatasetStore(root, manifest)
-    store.begin([PALLET], CAMERA)
-    for index in range(manifest.scenes):
-        scene = make_scene(index)
-        store.write_scene(scene, map(change, observe(scene)), Outcome({}, RENDERER))
-    store.finish()
-    return root
+    return make_dataset(root, with_recipe(make_manifest(), RECIPE), change=change)
 
 
 @pytest.fixture(scope="module")
