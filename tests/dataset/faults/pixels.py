@@ -219,8 +219,8 @@ def exchange_images(folder: Folder, kinds: tuple[tuple[str, str], ...]) -> None:
         exchange(a.kitti(of_kitti, "png"), b.kitti(of_kitti, "png"))
 
 
-def cut_image(folder: Folder) -> None:
-    path = folder.view().bop_image(str(folder.rng.choice(("rgb", "depth", "rgb_clean", "depth_clean"))))
+def cut_image(folder: Folder, kinds: tuple[str, ...] = ("rgb", "depth", "rgb_clean", "depth_clean")) -> None:
+    path = folder.view().bop_image(str(folder.rng.choice(kinds)))
     replace(path, png_without_end(path.read_bytes()))
 
 

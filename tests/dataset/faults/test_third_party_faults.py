@@ -38,7 +38,9 @@ THIRD_PARTY_FAULTS = (
     Fault("mask of another image", pixels.mask_of_another_image, "masks", "mask of target"),
     Fault("mask inverted", pixels.mask_inverted, "masks", "pixels, its label says"),
     Fault("colour of another scene", pixels.colour_and_gt_of_another_scene, "images", "shows no edges where"),
-    Fault("truncated PNG", lambda folder: pixels.cut(folder, ("rgb", "depth")), "images", "is a damaged PNG image"),
+    Fault(
+        "truncated PNG", lambda folder: pixels.cut_image(folder, ("rgb", "depth")), "images", "is a damaged PNG image"
+    ),
     Fault("NaN in a table", lists.no_number, "labels", "NaN is no JSON number"),
     Fault("target counted wrong", lists.target_counted_wrong, "bop targets", "lists"),
 )

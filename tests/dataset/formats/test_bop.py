@@ -10,7 +10,6 @@ import trimesh
 from pycocotools import mask as coco_mask
 
 from tests.dataset.toy import CAMERA, CARTON, PALLET, make_dataset, make_manifest, make_scene, observe
-from warehouse_sim.dataset.files.image_io import decode_mask
 from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.dataset.formats.bop.models import even_mesh, symmetry_rows, write_models
 from warehouse_sim.dataset.formats.bop.writer import BopWriter, TargetLists
@@ -70,24 +69,6 @@ def test_gt_info_follows_the_toolkit_definitions(toy_root: Path) -> None:
         truncated += canvas.sum() > inside.sum()
     assert rows[0]["visib_fract"] < 0.9, "the carton must hide a part of the first pallet"
     assert truncated == 1
-
-
-def test_coco_agrees_with_pycocotools(toy_root: Path) -> None:
-    coco, infos = table(toy_root, "gt_coco"), table(toy_root, "gt_info")
-    assert [annotation["id"] for annotation in coco["annotations"]] == [1, 2, 3]
-    assert coco["categories"] == [{"id": 1, "name": "toy-pallet", "supercategory": "pallet"}]
-    for image in coco["images"]:
-        assert (toy_root / TRAIN / image["file_name"]).is_file()
-    for i, annotation in enumerate(coco["annotations"]):
-        size = annotation["segmentation"]["size"]
-        encoded = coco_mask.frPyObjects(annotation["segmentation"], *size)
-        visible = decode_mask(toy_root / TRAIN / "mask_visib" / f"000000_{i:06d}.png")
-        assert np.array_equal(coco_mask.decode(encoded).astype(bool), visible)
-        assert coco_mask.area(encoded) == annotation["area"] == infos["0"][i]["px_count_visib"]
-        x, y, bw, bh = infos["0"][i]["bbox_visib"]
-        assert coco_mask.toBbox(encoded).tolist() == [x, y, bw + 1, bh + 1]
-        x, y, bw, bh = infos["0"][i]["bbox_obj"]
-        assert annotation["bbox"] == [x, y, bw + 1, bh + 1]
 
 
 def masks_that_end_anywhere() -> Iterator[np.ndarray]:

@@ -177,13 +177,8 @@ def named(name: str, data: bytes = b"x", **more) -> tuple[tarfile.TarInfo, bytes
     ("change", "message"),
     [
         (lambda items: [*items, named("../../evil.json")], r"holds '\.\./\.\./evil\.json'; a shard holds files"),
-        (lambda items: [*items, named("/etc/000002_000000.rgb.png")], "a shard holds files"),
         (
             lambda items: [*items[1:], named("000002_000000.camera.json", b"", type=tarfile.SYMTYPE, linkname="/x")],
-            "a shard holds files",
-        ),
-        (
-            lambda items: [*items[1:], named("000002_000000.camera.json", b"", type=tarfile.LNKTYPE, linkname="a")],
             "a shard holds files",
         ),
         (lambda items: [*items, items[0]], r"camera\.json: comes twice"),
@@ -210,25 +205,3 @@ def test_archives_that_are_cut_or_packed_are_rejected(shards: Path) -> None:
         archive.addfile(named("000002_000000.rgb.png")[0], io.BytesIO(b"x"))
     with pytest.raises(DatasetError, match="is no plain tar archive"):
         DatasetReader(shards).images("test")
-
-
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
-        ({"size": [96, 160], "counts": [15360, 1]}, "fill 15361 of 15360"),
-        ({"size": [96, 160], "counts": [10**15]}, "fill 1000000000000000 of"),
-        ({"size": [96, 160], "counts": [-1, 15361]}, "whole numbers >= 0"),
-        ({"size": [10**6, 10**6], "counts": [10**12]}, "has the size"),
-        ({"size": [96, 160], "counts": "\x7f"}, "where COCO's string has none"),
-        (None, "has the size None"),
-    ],
-)
-def test_hostile_run_lengths_are_rejected(shards: Path, runs, message: str) -> None:
-    def change(items):
-        data = json.dumps({"0": runs}).encode()
-        return [named(i.name, data) if i.name.endswith("0.mask.json") else (i, d) for i, d in items]
-
-    rewrite(shards / "bop_webdataset" / "test" / "shard-000000.tar", change)
-    reader = DatasetReader(shards)
-    with pytest.raises(DatasetError, match=message):
-        reader.mask(reader.images("test")[0], 0)

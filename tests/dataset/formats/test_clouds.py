@@ -20,7 +20,7 @@ from tests.dataset.toy import (
     observe,
     write_scene,
 )
-from warehouse_sim.dataset.files.point_table import SWEEP_FIELDS, camera_table, class_labels, sweep_table
+from warehouse_sim.dataset.files.point_table import camera_table, sweep_table
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd, read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply, read_ply_cloud
 from warehouse_sim.dataset.reader import DatasetReader
@@ -197,29 +197,19 @@ ONE = struct.pack("<3f", 1.0, 2.0, 3.0)
     [
         ("a.ply", HEAD.encode() + ONE, "end_header"),
         ("a.ply", (HEAD + "end_header\n").encode() + ONE[:-1], "need 12 bytes, found 11"),
-        ("a.ply", (HEAD + "end_header\n").encode() + ONE + b"\0", "need 12 bytes, found 13"),
         ("a.ply", HEAD.replace("vertex 1", "vertex 99999999999").encode() + b"end_header\n", "whole number"),
-        ("a.ply", HEAD.replace("vertex 1", "vertex 999999999").encode() + b"end_header\n", "11999999988 bytes"),
         ("a.ply", HEAD.replace("float z", "float y").encode() + b"end_header\n" + ONE, "each once"),
         ("a.ply", HEAD.replace("float z", "list uchar int z").encode() + b"end_header\n" + ONE, "must be a number"),
-        ("a.ply", HEAD.replace("binary_little", "binary_middle").encode() + b"end_header\n" + ONE, "format must be"),
         ("a.ply", b"ply\n" + b"comment \xff\nend_header\n", "ASCII"),
         ("a.ply", b"end_header\n", "is no PLY"),
         ("a.ply", (HEAD + "end_header\n").encode() + struct.pack("<3f", np.inf, 0, 0), "x has a value beyond"),
-        ("a.ply", b"x" * 70_000 + b"\nend_header\n", "first 65536 bytes"),
         ("a.pcd", (PCD + "binary\n").encode() + ONE[:4], "need 12 bytes, found 4"),
-        ("a.pcd", (PCD + "zip\n").encode() + ONE, "DATA must be"),
         ("a.pcd", (PCD.replace("WIDTH 1", "WIDTH 3") + "binary\n").encode() + ONE, "WIDTH x HEIGHT is 3 x 1"),
         ("a.pcd", (PCD.replace("F F F", "F F") + "binary\n").encode() + ONE, "of one length"),
-        ("a.pcd", (PCD.replace("4 4 4", "4 4 3") + "binary\n").encode() + ONE, "cannot be of TYPE"),
         ("a.pcd", (PCD + "ascii\n").encode() + b"1 2\n", "must have 3 numbers"),
-        ("a.pcd", (PCD + "ascii\n").encode() + b"1 2 x\n", "must have 3 numbers"),
         ("a.pcd", (PCD + "ascii\n").encode() + b"1 2 3\n4 5 6\n", "1 points, found 2 lines"),
         ("a.pcd", (PCD + "binary_compressed\n").encode() + struct.pack("<II", 3, 12) + b"\x20\x00\x00", "damaged"),
-        ("a.pcd", (PCD + "binary_compressed\n").encode() + struct.pack("<II", 9, 2**31), "damaged"),
-        ("a.pcd", (PCD + "binary_compressed\n").encode() + b"\0", "damaged"),
         ("a.pcd", b"DATA binary\n", "lacks FIELDS"),
-        ("a.pcd", b"", "has no line 'DATA'"),
     ],
 )
 def test_a_damaged_cloud_is_rejected(tmp_path: Path, name: str, content: bytes, words: str) -> None:
@@ -229,12 +219,3 @@ def test_a_damaged_cloud_is_rejected(tmp_path: Path, name: str, content: bytes, 
         READ[name[-3:]](path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_points_bear_the_numbers_of_their_classes() -> None:
-    ids = np.array([0, 5, 7, 5], np.int32)
-    assert class_labels(ids, {5: "pallet", 900: "amr"}).tolist() == [0, 1, 0, 1]
-
-
-def test_fields_are_packed() -> None:
-    assert SWEEP_FIELDS.itemsize == 32

@@ -19,7 +19,6 @@ from warehouse_sim.geometry.pose import (
     invert,
     level_camera,
     make_transform,
-    rotation_x,
     rotation_y,
     rotation_z,
     transform_points,
@@ -161,16 +160,6 @@ def test_depth_and_plane(toy_root: Path) -> None:
     assert len(lines) == 4
 
 
-def test_image_sets_are_the_splits(toy_root: Path) -> None:
-    sets = {path.stem: path.read_text() for path in (toy_root / "kitti" / "ImageSets").iterdir()}
-    assert sets == {
-        "train": "000000\n000001\n",
-        "val": "000002\n000003\n",
-        "trainval": "000000\n000001\n000002\n000003\n",
-        "test": "000004\n000005\n",
-    }
-
-
 def test_colour_image_is_bops_own_file(toy_root: Path) -> None:
     assert frame_file(toy_root, 0, 0, "image_2", "png").samefile(toy_root / "bop/train/000000/rgb/000000.png")
 
@@ -184,13 +173,6 @@ def test_label_describes_any_heading(heading: float) -> None:
     assert np.abs(label.T_camera_object() - T_camera_object).max() < 1e-12
     assert parse_label(label_line(label), "here").rotation_y == pytest.approx(label.rotation_y, abs=1e-6)
     assert "-0.00 " not in label_line(label) + " "
-
-
-def test_slightly_leaning_object_keeps_its_centre() -> None:
-    annotation = observe(make_scene(0))[0].annotations[0]
-    T_camera_object = annotation.T_camera_object @ make_transform(rotation_x(math.radians(1.5)))
-    label = kitti_label(replace(annotation, T_camera_object=T_camera_object), CAMERA, "here")
-    assert np.abs(label.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max() < 1e-12
 
 
 def two_words(observation):
@@ -255,8 +237,6 @@ def test_yawed_camera_and_lidar_are_fine(tmp_path: Path) -> None:
         ("pallet 0 0 0 1 1 2 2 1 1 1 0 0 5", "15 fields with single blanks are expected, found 14"),
         ("pallet  0 0 0 1 1 2 2 1 1 1 0 0 5 0", "found 16"),
         ("pallet 0 1.0 0 1 1 2 2 1 1 1 0 0 5 0", "a field is not a number"),
-        ("pallet 0 1 x 1 1 2 2 1 1 1 0 0 5 0", "a field is not a number"),
-        ("", "found 1"),
     ],
 )
 def test_parser_is_strict(line: str, message: str) -> None:

@@ -178,9 +178,7 @@ def test_preprocessed_folders_of_others_are_read(tmp_path: Path) -> None:
     [
         ("gt.yml", "0: &a [*a]\n", r"gt\.yml: holds an anchor or an alias"),
         ("gt.yml", "0: !!python/object/apply:os.system ['true']\n", r"gt\.yml: is not valid YAML"),
-        ("gt.yml", "[" * 3000, r"gt\.yml: is not valid YAML"),
         ("gt.yml", "{}\n", r"gt\.yml: 10: entries must be of type list, found None"),
-        ("info.yml", "10: {cam_K: [.nan, 0, 0, 0, 1, 0, 0, 0, 1]}\n", r"info\.yml: 10: cam_K must be 9 numbers"),
         ("test.txt", "../../etc/passwd\n", r"test\.txt: '\.\./\.\./etc/passwd' is no number"),
     ],
 )

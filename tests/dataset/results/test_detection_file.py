@@ -11,17 +11,10 @@ from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import FoundObject, read_labels, read_results, write_labels, write_results
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
-
-
-@pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("found") / "data"
-    return make_dataset(folder, make_manifest(formats=("bop", "coco", "yolo")))
 
 
 def noisy(reader: DatasetReader, split: str, seed: int = 0) -> list[FoundObject]:
@@ -41,8 +34,8 @@ def noisy(reader: DatasetReader, split: str, seed: int = 0) -> list[FoundObject]
     return found
 
 
-def test_what_is_written_is_read(root: Path, tmp_path: Path) -> None:
-    reader = DatasetReader(root)
+def test_what_is_written_is_read(images_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(images_root)
     found = noisy(reader, "train")
     write_results(tmp_path / "found.json", found, reader)
     again = read_results(tmp_path / "found.json", reader, "train")
@@ -55,13 +48,13 @@ def test_what_is_written_is_read(root: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["bbox", "segm"])
-def test_pycocotools_reads_them_and_scores_alike(root: Path, tmp_path: Path, kind: str) -> None:
-    reader = DatasetReader(root)
+def test_pycocotools_reads_them_and_scores_alike(images_root: Path, tmp_path: Path, kind: str) -> None:
+    reader = DatasetReader(images_root)
     for seed in range(3):
         found = noisy(reader, "train", seed)
         write_results(tmp_path / f"{seed}.json", found, reader)
         with contextlib.redirect_stdout(io.StringIO()):
-            gt = COCO(str(root / "coco" / "annotations" / "instances_train.json"))
+            gt = COCO(str(images_root / "coco" / "annotations" / "instances_train.json"))
             evaluation = COCOeval(gt, gt.loadRes(str(tmp_path / f"{seed}.json")), kind)
             evaluation.params.catIds = [1]
             evaluation.evaluate()
@@ -76,8 +69,8 @@ def test_pycocotools_reads_them_and_scores_alike(root: Path, tmp_path: Path, kin
             assert mine[name + overlap] == pytest.approx(precision[precision > -1].mean(), abs=1e-6)
 
 
-def test_ground_truth_scores_one_and_nothing_scores_nothing(root: Path) -> None:
-    reader = DatasetReader(root)
+def test_ground_truth_scores_one_and_nothing_scores_nothing(images_root: Path) -> None:
+    reader = DatasetReader(images_root)
     gt = [
         FoundObject(image.scene_id, image.image_id, 0.9, reader.objects[item.obj_id].class_name, None, None,
                     reader.mask_visible(image, item.gt_index))
@@ -90,9 +83,9 @@ def test_ground_truth_scores_one_and_nothing_scores_nothing(root: Path) -> None:
         assert row.wanted > 0
 
 
-def test_panoptic_quality_by_hand(root: Path) -> None:
+def test_panoptic_quality_by_hand(images_root: Path) -> None:
     """One of n masks found with an overlap of q, and one false: q / (1 + (n - 1 + 1) / 2)."""
-    reader = DatasetReader(root)
+    reader = DatasetReader(images_root)
     images = reader.images("train")
     wanted = [
         (i, t)
@@ -115,8 +108,8 @@ def test_panoptic_quality_by_hand(root: Path) -> None:
     assert row.panoptic_quality == pytest.approx(mask.sum() / size / (1 + (n - 1 + 1) / 2))
 
 
-def test_boxes_of_bop_and_of_any_tool_are_taken(root: Path, tmp_path: Path) -> None:
-    reader = DatasetReader(root)
+def test_boxes_of_bop_and_of_any_tool_are_taken(images_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(images_root)
     image = reader.images("train")[0]
     bop = [
         {"scene_id": image.scene_id, "image_id": image.image_id, "category_id": 1, "score": 0.5, "bbox": [3, 4, 10, 5]}
@@ -141,8 +134,8 @@ def test_boxes_of_bop_and_of_any_tool_are_taken(root: Path, tmp_path: Path) -> N
     np.testing.assert_array_equal(found.mask, mask > 0)
 
 
-def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) -> None:
-    reader = DatasetReader(root)
+def test_label_files_are_those_of_the_yolo_folder(images_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(images_root)
     gt = []
     for image in reader.images("train"):
         for item in image.targets:
@@ -151,7 +144,7 @@ def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) ->
             edges = (left, top, right + 1.0, bottom + 1.0)
             gt.append(FoundObject(image.scene_id, image.image_id, 0.75, name, edges=edges))
     write_labels(tmp_path, gt, reader, "train")
-    for path in (root / "yolo" / "detect" / "labels" / "train").glob("*.txt"):
+    for path in (images_root / "yolo" / "detect" / "labels" / "train").glob("*.txt"):
         ours, theirs = (
             np.array([[float(word) for word in line.split()] for line in file.read_text().splitlines()])
             for file in (tmp_path / path.name, path)
@@ -165,7 +158,7 @@ def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) ->
     again = read_labels(tmp_path, reader, "train")
     assert len(again) == len(gt)
     np.testing.assert_allclose(sorted(item.edges for item in again), sorted(item.edges for item in gt), atol=1e-3)
-    of_others = read_labels(root / "yolo" / "detect" / "labels" / "train", reader, "train")
+    of_others = read_labels(images_root / "yolo" / "detect" / "labels" / "train", reader, "train")
     assert len(of_others) == len(gt)
 
 
@@ -182,15 +175,17 @@ def test_label_files_are_those_of_the_yolo_folder(root: Path, tmp_path: Path) ->
         ([7], "image_id"),
     ],
 )
-def test_hostile_files_are_rejected_in_one_line(root: Path, tmp_path: Path, rows: object, message: str) -> None:
+def test_hostile_files_are_rejected_in_one_line(images_root: Path, tmp_path: Path, rows: object, message: str) -> None:
     (tmp_path / "bad.json").write_text(json.dumps(rows))
     with pytest.raises(DatasetError, match=message):
-        read_results(tmp_path / "bad.json", DatasetReader(root), DatasetReader(root).images("train")[0].split)
+        read_results(
+            tmp_path / "bad.json", DatasetReader(images_root), DatasetReader(images_root).images("train")[0].split
+        )
 
 
 @pytest.mark.parametrize("line", ["0 a b c d", "9 0.5 0.5 0.1 0.1", "0 0.5 0.5", "0 5 0.5 0.1 0.1"])
-def test_hostile_label_files_are_rejected(root: Path, tmp_path: Path, line: str) -> None:
-    reader = DatasetReader(root)
+def test_hostile_label_files_are_rejected(images_root: Path, tmp_path: Path, line: str) -> None:
+    reader = DatasetReader(images_root)
     image = reader.images("train")[0]
     (tmp_path / f"{image.scene_id:06d}_{image.image_id:06d}.txt").write_text(line)
     with pytest.raises(DatasetError, match="line 1"):

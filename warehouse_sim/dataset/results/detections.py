@@ -77,9 +77,7 @@ def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReade
         DatasetError: A detection has neither a box nor a mask.
         OutputError: The file cannot be written.
     """
-    numbers = numbered({info.class_name for info in reader.objects.values()})
-    names = {info.name: info.class_name for info in reader.objects.values()}
-    names |= {str(number): info.class_name for number, info in reader.objects.items()}
+    numbers, names = numbered(_class_names(reader)), _class_of(reader)
     images, rows = ImageNumbers(reader, ()), list[dict[str, Any]]()
     for item in found:
         class_name = item.class_name or names.get(str(item.model), "")
@@ -162,6 +160,11 @@ def _class_names(reader: DatasetReader) -> set[str]:
     return {info.class_name for info in reader.objects.values()}
 
 
+def _class_of(reader: DatasetReader) -> dict[str, str]:
+    """Return the class of each object by its name and by its number as a word."""
+    return {key: info.class_name for number, info in reader.objects.items() for key in (info.name, str(number))}
+
+
 def _bbox(item: FoundObject) -> list[float]:
     if item.edges is not None:
         left, top, right, bottom = item.edges
@@ -184,8 +187,7 @@ def write_labels(folder: Path, found: Iterable[FoundObject], reader: DatasetRead
     Raises:
         OutputError: The folder cannot be written.
     """
-    names = list(numbered(info.class_name for info in reader.objects.values()))
-    of_model = {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
+    names, of_model = list(numbered(_class_names(reader))), _class_of(reader)
     by_image: dict[tuple[int, int], list[FoundObject]] = {}
     for item in found:
         by_image.setdefault((item.scene_id, item.image_id), []).append(item)
@@ -194,7 +196,7 @@ def write_labels(folder: Path, found: Iterable[FoundObject], reader: DatasetRead
     for image in reader.images(split):
         lines = list[str]()
         for item in by_image.get((image.scene_id, image.image_id), []):
-            class_name = item.class_name or of_model.get(item.model or 0, "")
+            class_name = item.class_name or of_model.get(str(item.model), "")
             if item.edges is None or class_name not in names:
                 continue
             left, top, right, bottom = item.edges
@@ -221,7 +223,7 @@ def read_labels(folder: Path, reader: DatasetReader, split: str) -> list[FoundOb
         DatasetError: A file is malformed, or there is none at all.
     """
     labels = folder / "labels" if (folder / "labels").is_dir() else folder
-    names = list(numbered(info.class_name for info in reader.objects.values()))
+    names = list(numbered(_class_names(reader)))
     if (folder / CLASSES).is_file():
         names = (folder / CLASSES).read_text(encoding="utf-8").split()
     images = ImageNumbers(reader, reader.images(split))

@@ -9,6 +9,7 @@ from warehouse_sim.dataset.formats.observation_files import require_depth_fits
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import LidarScan, MountedReading
 
 
@@ -19,10 +20,8 @@ class KittiFormat(BuiltIn):
 
     def reject(self, manifest: Manifest) -> None:
         """Reject views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
-        layout.require_numbers(manifest)
-        layout.require_words(manifest.targets)
-        layout.require_views_near_horizon(manifest.contents)
-        layout.require_lidar(manifest.contents)
+        for problem in layout.misfits(manifest):
+            raise DatasetError(f"KITTI: {problem}, or leave kitti out of --formats")
         require_depth_fits(manifest.contents, layout.STEPS_PER_METRE, self.name)
 
     def reader(self, root: Path) -> FormatReader | None:

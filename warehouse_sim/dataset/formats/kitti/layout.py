@@ -1,6 +1,7 @@
 """Where everything lies in a KITTI folder, which frame an observation is, and what the format cannot hold."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,59 +20,28 @@ _LARGEST_FRAME = 999_999
 _LARGEST_CAMERA_TILT = math.radians(0.1)
 
 
-def require_numbers(manifest: Manifest) -> None:
-    """Reject more frames than KITTI's file names have numbers.
-
-    Raises:
-        DatasetError: They need more than six digits.
-    """
+def misfits(manifest: Manifest) -> Iterator[str]:
+    """Yield what of a dataset the format cannot hold, before any of it is made."""
+    contents = manifest.contents
     if manifest.scenes * manifest.observations_per_scene > _LARGEST_FRAME + 1:
-        raise DatasetError(
-            f"KITTI: {manifest.scenes} scenes of {manifest.observations_per_scene} observations need more than six "
-            "digits; make several datasets with fewer --scenes, or leave kitti out of --formats"
+        yield (
+            f"{manifest.scenes} scenes of {manifest.observations_per_scene} observations need more than six "
+            "digits; make several datasets with fewer --scenes"
         )
-
-
-def require_words(targets: tuple[str, ...]) -> None:
-    """Reject class names that cannot stand in a row of blanks and ASCII.
-
-    Raises:
-        DatasetError: A target's class is no single word, or KITTI's own DontCare.
-    """
-    for name in targets:
+    for name in manifest.targets:
         if len(name.split()) != 1 or name != name.strip() or not name.isascii() or name == "DontCare":
-            raise DatasetError(
-                f"KITTI: targets: the class name {name!r} must be one ASCII word other than DontCare in a KITTI label; "
-                "rename the class, or leave kitti out of --formats"
+            yield (
+                f"targets: the class name {name!r} must be one ASCII word other than DontCare in a KITTI label; "
+                "rename the class"
             )
-
-
-def require_views_near_horizon(contents: Contents) -> None:
-    """Reject a recipe whose images can reach farther from the horizon than the level virtual camera sees.
-
-    Raises:
-        DatasetError: A camera can be tilted so far that the border of its image is beyond.
-    """
     if contents.view_angle_deg > math.degrees(STEEPEST):
-        raise DatasetError(
-            f"KITTI: viewpoints.kind {', '.join(contents.tilted_viewpoints)} shows what lies "
+        yield (
+            f"viewpoints.kind {', '.join(contents.tilted_viewpoints)} shows what lies "
             f"{contents.view_angle_deg:.0f} deg from the horizon, but the level camera that KITTI is written through "
-            f"sees {math.degrees(STEEPEST):.0f} deg; narrow viewpoints.pitch_deg (of free: elevation_deg) or the "
-            "camera, or leave kitti out of --formats"
+            f"sees {math.degrees(STEEPEST):.0f} deg; narrow viewpoints.pitch_deg (of free: elevation_deg) or the camera"
         )
-
-
-def require_lidar(contents: Contents) -> None:
-    """Reject a rig without a main LiDAR.
-
-    Raises:
-        DatasetError: There is none.
-    """
     if contents.lidar is None:
-        raise DatasetError(
-            "KITTI: sensors.lidar is null, but every KITTI frame has a sweep; give the recipe a LiDAR, or leave kitti "
-            "out of --formats"
-        )
+        yield "sensors.lidar is null, but every KITTI frame has a sweep; give the recipe a LiDAR"
 
 
 def require_level(observation: Observation, where: str) -> None:
