@@ -13,6 +13,7 @@ from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import LightGatherer
+from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import light_geometry
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.photometry import relative_intensity
@@ -120,7 +121,7 @@ def test_meter_and_grid_of_irradiance_see_the_file_as_they_see_the_formula(fill:
     up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
     plain, own = (LightMeter(item, RayCaster(item)).direct(points, up, item.lights) for item in (scene, same))
     np.testing.assert_allclose(own, plain, rtol=2e-3)
-    fields = [LightGatherer(item).field(item.lights, item.ambient) for item in (scene, same)]
+    fields = [LightGatherer(lay_grid(item)).field(item.lights, item.ambient) for item in (scene, same)]
     for before, after in zip(*(field.levels for field in fields), strict=True):
         np.testing.assert_allclose(after.irradiance, before.irradiance, atol=5e-3 * float(before.irradiance.max()))
 

@@ -7,9 +7,9 @@ import pytest
 
 from warehouse_sim.render.coarse_scene import returned_fraction
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
-from warehouse_sim.render.irradiance import AXES, FieldLevel, LightGatherer, direct_irradiance
+from warehouse_sim.render.irradiance import AXES, FieldLevel, LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
-from warehouse_sim.render.light_selection import GROUND
+from warehouse_sim.render.light_selection import GROUND, direct_irradiance
 from warehouse_sim.schema import Light, Material, ObjectInstance, ObjectModel, SceneSpec
 
 FLOOR = box_model("floor", (12, 12, 0.1), "concrete", "floor", 90)
@@ -17,7 +17,7 @@ FLOOR = box_model("floor", (12, 12, 0.1), "concrete", "floor", 90)
 
 def field_of(scene: SceneSpec) -> FieldLevel:
     """The finest level."""
-    return LightGatherer(scene).field(scene.lights, scene.ambient).levels[0]
+    return LightGatherer(lay_grid(scene)).field(scene.lights, scene.ambient).levels[0]
 
 
 def places_of(field: FieldLevel) -> np.ndarray:
@@ -119,21 +119,21 @@ def test_direct_light_obeys_distance_cone_and_shadow() -> None:
     light = replace(spot((0.0, 0.0, 3.0), 900.0), cone_inner=0.5, cone_outer=0.8, color=(1.0, 0.5, 0.0))
     points = np.array([[0, 0, 1.06], [0, 0, 0.01], [0.9, 0, 0.01], [4.0, 0, 0.01]])
     up = np.tile([0.0, 0.0, 1.0], (4, 1))
-    got = direct_irradiance(solid, [light], points, up)
+    got = direct_irradiance(solid, [light], points, up, {})
     assert got[0] == pytest.approx(900.0 / 1.94**2 * np.array([1.0, 0.5, 0.0]), rel=1e-4)
     assert (got[1] == 0.0).all()
     assert got[2, 0] == pytest.approx(900.0 * 2.99 / (2.99**2 + 0.9**2) ** 1.5, rel=1e-4)
     assert (got[3] == 0.0).all()
-    bare = direct_irradiance(solid, [replace(light, casts_shadow=False)], points, up)
+    bare = direct_irradiance(solid, [replace(light, casts_shadow=False)], points, up, {})
     assert bare[1, 0] == pytest.approx(900.0 / 2.99**2, rel=1e-4)
 
 
 def test_the_same_scene_has_the_same_bytes_whatever_light_it_had_between(wall: SceneSpec) -> None:
-    gatherer = LightGatherer(wall)
+    gatherer = LightGatherer(lay_grid(wall))
     first = gatherer.field(wall.lights, wall.ambient)
     brighter = gatherer.field((*wall.lights, spot((0.0, 0.0, 4.0))), wall.ambient)
     again = gatherer.field(wall.lights, wall.ambient)
-    other = LightGatherer(replace(wall, viewpoints=wall.viewpoints[:1])).field(wall.lights, wall.ambient)
+    other = LightGatherer(lay_grid(replace(wall, viewpoints=wall.viewpoints[:1]))).field(wall.lights, wall.ambient)
     for number, level in enumerate(first.levels):
         assert brighter.levels[number].irradiance.sum() > 1.01 * level.irradiance.sum()
         assert again.levels[number].irradiance.tobytes() == level.irradiance.tobytes()
@@ -144,7 +144,7 @@ def test_the_coarse_level_knows_what_lies_far_from_the_aisle() -> None:
     """A hall of 40 m lit at one end only: its far wall stays dark, and is not smeared over from the lamp's end."""
     light = replace(spot((0.0, 0.0, 4.0)), cone_inner=0.4, cone_outer=0.6)
     scene = replace(room(40.0, 0.5, [light]), aisle=(-2.0, 2.0, -2.0, 2.0))
-    fine, coarse = LightGatherer(scene).field(scene.lights, 0.0).levels
+    fine, coarse = LightGatherer(lay_grid(scene)).field(scene.lights, 0.0).levels
     assert np.abs(places_of(fine)[..., :2]).max() < 7.0
     assert np.abs(places_of(coarse)[..., :2]).max() == pytest.approx(20.0 - coarse.spacing[0] / 2, abs=0.8)
     assert fine.cut[:, :2].all()

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.render.coarse_scene import CoarseScene, returned_fraction
+from warehouse_sim.render.coarse_scene import returned_fraction
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
-from warehouse_sim.render.light_grid import lay_grid, sphere_directions
+from warehouse_sim.render.light_grid import CoarseScene, lay_grid, sphere_directions
 from warehouse_sim.schema import Material, SceneSpec
 
 

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.albedo import albedo_factor
 from warehouse_sim.render.conformance.scenes import MATERIALS, box_model, pallet_model
 from warehouse_sim.render.mujoco.model import lit_at_vertices, tessellate
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
+from warehouse_sim.render.texture_layout import box_projection
+from warehouse_sim.render.texture_set import albedo_factor
 
 
 def areas(mesh: PaintedMesh) -> np.ndarray:
@@ -30,6 +31,15 @@ def test_textures_run_along_the_longest_edge_at_their_own_size() -> None:
     np.testing.assert_allclose(np.ptp(mesh.tiles[top], axis=0), [2.0, 0.5])
     slope = np.polyfit(mesh.positions[top, 0], mesh.tiles[top, 0], 1)[0]
     assert slope == pytest.approx(1.0)
+
+
+def test_u_runs_along_the_longest_edge_and_v_turns_with_the_face() -> None:
+    """A board 2 m long in y, 1 m in x: on its top u is y and v is -x, underneath v is x."""
+    corners = np.array([[[0.5, 1.0, 0.1], [-0.5, 1.0, 0.1], [0.5, -1.0, 0.1]]] * 2)
+    normals = np.array([[[0.0, 0.0, 1.0]], [[0.0, 0.0, -1.0]]])
+    tiles = box_projection(corners, normals, np.array([1, 0, 2]))
+    np.testing.assert_allclose(tiles[0], [[1.0, -0.5], [1.0, 0.5], [-1.0, -0.5]])
+    np.testing.assert_allclose(tiles[1], [[1.0, 0.5], [1.0, -0.5], [-1.0, 0.5]])
 
 
 def test_finer_triangles_cover_the_same_surface_without_gaps() -> None:

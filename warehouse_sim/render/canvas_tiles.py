@@ -7,15 +7,14 @@ from jaxtyping import Bool, Float64
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.renderer import AmodalMask
-from warehouse_sim.schema import ObjectModel, SceneSpec
+from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 _MARGIN_PX = 2.0
-_EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
 
 
-def solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "k 3"]:
+def _solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "k 3"]:
     """Return the corners, in the object frame (m), of boxes around the parts of ``model`` that are not film."""
     corners = []
     for part in model.parts:
@@ -29,8 +28,9 @@ def solid_corners(scene: SceneSpec, model: ObjectModel) -> Float64[np.ndarray, "
 
 def amodal_mask_by_tiles(
     camera: PinholeCamera,
-    T_camera_object: Transform,
-    corners: Float64[np.ndarray, "k 3"],
+    T_world_camera: Transform,
+    scene: SceneSpec,
+    instance: ObjectInstance,
     near: float,
     draw: Callable[[PinholeCamera], Bool[np.ndarray, "h w"]],
 ) -> AmodalMask:
@@ -40,22 +40,21 @@ def amodal_mask_by_tiles(
 
     Args:
         camera: Intrinsics of the image.
-        T_camera_object: Pose of the object.
-        corners: Points in the object frame (m) whose convex hull holds the object.
+        T_world_camera: Pose of the camera.
+        scene: Holds the object's model and materials; film covers nothing.
+        instance: The object.
         near: Distance of the near plane (m).
         draw: Renders the object alone with the camera of a tile, as large as the image; returns the covered pixels.
     """
     width, height = camera.width, camera.height
+    corners = _solid_corners(scene, scene.model_of(instance))
+    in_camera = transform_points(invert(T_world_camera) @ instance.T_world_object, corners)
     canvas = np.zeros((3 * height, 3 * width), bool)
-    for column, row in _touched_tiles(camera, transform_points(T_camera_object, corners), near):
+    for column, row in _touched_tiles(camera, in_camera, near):
         left, top = column * width, row * height
         tile = camera.crop(left, top, width, height) if (left, top) != (0, 0) else camera
         canvas[top + height : top + 2 * height, left + width : left + 2 * width] = draw(tile)
-    rows, columns = np.flatnonzero(canvas.any(axis=1)), np.flatnonzero(canvas.any(axis=0))
-    if len(rows) == 0:
-        return _EMPTY
-    mask = canvas[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
-    return AmodalMask((int(columns[0]) - width, int(rows[0]) - height), mask)
+    return AmodalMask.of(canvas, -width, -height)
 
 
 def _touched_tiles(camera: PinholeCamera, points: Float64[np.ndarray, "k 3"], near: float) -> list[tuple[int, int]]:

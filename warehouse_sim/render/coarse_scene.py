@@ -1,14 +1,13 @@
 """What turns light in a scene: a coarse copy, in which small curved parts are boxes and tiny ones are left out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32
+from jaxtyping import Float
 
 from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import Material, Part, SceneSpec
 
 JOINED_GOODS = "goods"
@@ -25,59 +24,11 @@ _EMPTY = 0.01
 """Small parts of many faces that fill less of their bounding box are print, or the heads of nails: left out."""
 
 
-@dataclass(frozen=True, eq=False)
-class CoarseHits:
-    """Where rays end; rows of rays that leave the scene hold an infinite distance and zeros."""
+def coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:
+    """Return all that counts as one mesh in the world, and the albedo of each of its faces.
 
-    distance: Float32[np.ndarray, " n"]
-    """In units of the ray's direction."""
-    normals: Float32[np.ndarray, "n 3"]
-    """Unit outward normals in the world."""
-    albedo: Float32[np.ndarray, "n 3"]
-    """Fraction of light that is returned, linear RGB."""
-
-
-class CoarseScene:
-    """What turns light in a scene, in an acceleration structure of its own.
-
-    Args:
-        scene: The scene; film and the glow of luminaires are left out.
-
-    Raises:
-        MissingPackageError: Embree is not installed.
+    Film and the glow of luminaires are left out.
     """
-
-    def __init__(self, scene: SceneSpec) -> None:
-        mesh, albedo = _coarse_mesh(scene)
-        corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
-        self.low = corners.min(axis=0)
-        """Least corner of what turns light (m)."""
-        self.high = corners.max(axis=0)
-        """Greatest corner (m)."""
-        # One extra row answers for rays that hit nothing, whose triangle number is -1.
-        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
-        self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
-        self._meshes = PlacedMeshes([[mesh]], [(0, np.eye(4))])
-
-    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
-        """Return what rays meet first.
-
-        Args:
-            origins: Starting points in the world (m).
-            directions: Directions in the world, of any length.
-        """
-        hits = self._meshes.cast(origins, directions)
-        return CoarseHits(hits.distance, self._normals[hits.triangle], self._albedo[hits.triangle])
-
-    def blocked(
-        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
-    ) -> Bool[np.ndarray, " n"]:
-        """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
-        return self._meshes.blocked(origins, directions, reach)
-
-
-def _coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"]]:
-    """Return all that counts as one mesh in the world, and the albedo of each of its faces."""
     groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
     for instance in scene.instances:
         if scene.model_of(instance).class_name == OUTDOORS:

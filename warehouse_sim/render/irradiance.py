@@ -20,11 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.coarse_scene import CoarseScene
-from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, lay_grid, neighbours
-from warehouse_sim.render.light_selection import GROUND, light_geometry, wide_fraction
-from warehouse_sim.scene.lighting.photometry import relative_intensity
-from warehouse_sim.schema import Light, SceneSpec
+from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, neighbours
+from warehouse_sim.render.light_selection import GROUND, LightReach, direct_irradiance, light_reaches
+from warehouse_sim.schema import Light
 
 AXES = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 """Directions that the six values of a point look along: x, y, z, -x, -y, -z."""
@@ -34,7 +32,6 @@ _CONE = 0.8  # cosine with an axis of the rays that tell how far a point sees al
 _BOUNCES = 8  # followed
 _FRACTIONS = 3  # that the rays are split into, one for each bounce in turn
 _NO_TRUST = 1e-3  # weight of a point that lies inside something
-_NEAREST = 1.0  # metres from a lamp within which points get no more of it
 _FRACTION = np.float32(0.4)  # of a neighbour in the mean that a point becomes
 _REACH = 4  # points that values are carried into things
 
@@ -69,14 +66,11 @@ class LightGatherer:
     """Computes fields of one scene's geometry under any lights; a light that has not moved is not cast again.
 
     Args:
-        scene: What stands in it and how it is painted count, its lights do not.
-
-    Raises:
-        MissingPackageError: Embree is not installed.
+        grid: That of the scene: what stands in it and how it is painted count, its lights do not.
     """
 
-    def __init__(self, scene: SceneSpec) -> None:
-        self._grid = lay_grid(scene)
+    def __init__(self, grid: LightGrid) -> None:
+        self._grid = grid
         self._reaches: dict[bytes, LightReach] = {}
         self._fills: dict[bytes, LightReach] = {}
 
@@ -85,24 +79,24 @@ class LightGatherer:
         grid = self._grid
         sky = np.where(grid.rays[..., 2] >= 0.0, 1.0, GROUND) * ambient / np.pi
         luminance = np.where(np.isinf(grid.distance), sky, 0.0)[..., None].repeat(3, axis=2).astype(np.float32)
+        points = np.concatenate([level.points for level in grid.levels])
         direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
-        cubes = _all_bounces(grid, luminance, direct) + self._gathered_directly(lights)
+        wide = light_reaches(grid.solid, lights, points, None, self._fills)
+        cubes = _all_bounces(grid, luminance, direct) + _gathered_directly(grid, points, lights, wide)
         return IrradianceField(tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels))
 
-    def _gathered_directly(self, lights: Sequence[Light]) -> Float32[np.ndarray, "p 6 3"]:
-        """Return the irradiance along ``AXES`` of each point straight from what no shadow map shows of the lights."""
-        points = np.concatenate([level.points for level in self._grid.levels])
-        total = np.zeros((len(points), 6, 3), np.float32)
-        for light in lights:
-            key = light_geometry(light) + bytes([light.fill])
-            if key not in self._fills:
-                self._fills[key] = _reach_of(light, self._grid.solid, points, None)
-            reach = self._fills[key]
-            towards = light.position.astype(np.float32) - points[reach.lit]
-            towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-            along = np.maximum(towards @ AXES.T, 0.0) * reach.fraction[:, None]
-            total[reach.lit] += along[..., None] * (light.intensity * np.asarray(light.color, np.float32))
-        return np.concatenate([_filled(total[level.rows], level.trusted) for level in self._grid.levels])
+
+def _gathered_directly(
+    grid: LightGrid, points: Float32[np.ndarray, "p 3"], lights: Sequence[Light], reaches: Sequence[LightReach]
+) -> Float32[np.ndarray, "p 6 3"]:
+    """Return the irradiance along ``AXES`` of each point straight from what no shadow map shows of the lights."""
+    total = np.zeros((len(points), 6, 3), np.float32)
+    for light, reach in zip(lights, reaches, strict=True):
+        towards = light.position.astype(np.float32) - points[reach.lit]
+        towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+        along = np.maximum(towards @ AXES.T, 0.0) * reach.fraction[:, None]
+        total[reach.lit] += along[..., None] * (light.intensity * np.asarray(light.color, np.float32))
+    return np.concatenate([_filled(total[level.rows], level.trusted) for level in grid.levels])
 
 
 def _field_level(grid: LightGrid, level: GridLevel, cubes: Float32[np.ndarray, "p 6 3"]) -> FieldLevel:
@@ -119,69 +113,6 @@ def _reach_along_axes(grid: LightGrid, level: GridLevel) -> Float32[np.ndarray, 
     farthest = (FARTHEST_REACH * np.tile(level.spacing, 2)).astype(np.float32)
     gone = np.minimum(grid.distance[level.rows][..., None] * np.where(near, along, 1.0), farthest)
     return ((gone * near).sum(axis=1) / near.sum(axis=1)).reshape(*level.shape, 6).astype(np.float32)
-
-
-@dataclass(frozen=True, eq=False)
-class LightReach:
-    """What one light reaches among some points, however bright it is."""
-
-    lit: Int[np.ndarray, " k"]
-    """Numbers of the points that it lights."""
-    fraction: Float32[np.ndarray, " k"]
-    """Their irradiance (lx) for each candela of the light."""
-
-
-def direct_irradiance(
-    solid: CoarseScene,
-    lights: Sequence[Light],
-    points: Float[np.ndarray, "n 3"],
-    normals: Float[np.ndarray, "n 3"],
-    reaches: dict[bytes, LightReach] | None = None,
-) -> Float32[np.ndarray, "n 3"]:
-    """Return the irradiance (lx, linear RGB) that lights, taken for points, give surfaces.
-
-    Args:
-        solid: Casts the shadows.
-        lights: The lights.
-        points: On the surfaces, a little lifted (m).
-        normals: Unit normals of the surfaces.
-        reaches: What lights reach among these very points, by ``light_geometry``; those that are new are added.
-    """
-    known = {} if reaches is None else reaches
-    total = np.zeros((len(points), 3), np.float32)
-    for light in lights:
-        key = light_geometry(light)
-        if key not in known:
-            known[key] = _reach_of(light, solid, points, normals)
-        reach = known[key]
-        total[reach.lit] += light.intensity * reach.fraction[:, None] * np.asarray(light.color, np.float32)
-    return total
-
-
-def _reach_of(
-    light: Light,
-    solid: CoarseScene,
-    points: Float[np.ndarray, "n 3"],
-    normals: Float[np.ndarray, "n 3"] | None,
-) -> LightReach:
-    """Return what a light reaches: cos(incidence) / r^2; a spot fades as ``relative_intensity`` says.
-
-    Without ``normals`` it is 1 / r^2, that of surfaces which look at the light, of what a grid gathers of it.
-    """
-    to_light = (np.asarray(light.position, float) - points).astype(np.float32)
-    squared = np.einsum("ij,ij->i", to_light, to_light)
-    distance = np.sqrt(squared)
-    cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
-    if normals is None:
-        # Such a point stands for a cell about it, of which a lamp beside it lights a part only.
-        fraction = wide_fraction(light, cosine) / np.maximum(squared, _NEAREST**2)
-    else:
-        fraction = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
-    fraction *= relative_intensity(light, cosine, -to_light / distance[:, None])
-    lit = np.flatnonzero(fraction > 0.0)
-    if light.casts_shadow:
-        lit = lit[~solid.blocked(points[lit], to_light[lit])]
-    return LightReach(lit, fraction[lit].astype(np.float32))
 
 
 @dataclass(frozen=True, eq=False)

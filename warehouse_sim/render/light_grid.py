@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.render.coarse_scene import CoarseScene
+from warehouse_sim.render.coarse_scene import coarse_mesh
+from warehouse_sim.render.embree import PlacedMeshes
 from warehouse_sim.schema import SceneSpec
 
 RAYS = 24
@@ -25,6 +26,57 @@ _SIDES = 8  # of a target
 _BESIDE = np.array([0.7, 0.7, 0.7])  # metres beside and above a scene smaller than that
 _LIFT = 2e-3  # metres by which points on surfaces are lifted off them
 _SOLID = 0.25  # fraction of rays that meet the inner side of a face from which on a point lies in something
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseHits:
+    """Where rays end; rows of rays that leave the scene hold an infinite distance and zeros."""
+
+    distance: Float32[np.ndarray, " n"]
+    """In units of the ray's direction."""
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit outward normals in the world."""
+    albedo: Float32[np.ndarray, "n 3"]
+    """Fraction of light that is returned, linear RGB."""
+
+
+class CoarseScene:
+    """What turns light in a scene, in an acceleration structure of its own.
+
+    Args:
+        scene: The scene; film and the glow of luminaires are left out.
+
+    Raises:
+        MissingPackageError: Embree is not installed.
+    """
+
+    def __init__(self, scene: SceneSpec) -> None:
+        mesh, albedo = coarse_mesh(scene)
+        corners = mesh.vertices if len(mesh.faces) else np.zeros((1, 3))
+        self.low = corners.min(axis=0)
+        """Least corner of what turns light (m)."""
+        self.high = corners.max(axis=0)
+        """Greatest corner (m)."""
+        # One extra row answers for rays that hit nothing, whose triangle number is -1.
+        self._normals = np.concatenate([mesh.face_normals(), np.zeros((1, 3))]).astype(np.float32)
+        self._albedo = np.concatenate([albedo, np.zeros((1, 3))]).astype(np.float32)
+        self._meshes = PlacedMeshes([[mesh]], [(0, np.eye(4))])
+
+    def cast(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> CoarseHits:
+        """Return what rays meet first.
+
+        Args:
+            origins: Starting points in the world (m).
+            directions: Directions in the world, of any length.
+        """
+        hits = self._meshes.cast(origins, directions)
+        return CoarseHits(hits.distance, self._normals[hits.triangle], self._albedo[hits.triangle])
+
+    def blocked(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: float = 1.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return whether anything lies on rays nearer than ``reach``, in units of the rays' directions."""
+        return self._meshes.blocked(origins, directions, reach)
 
 
 @dataclass(frozen=True, eq=False)

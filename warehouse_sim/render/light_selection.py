@@ -1,12 +1,13 @@
-"""Which lights matter, and how bright they make the places that a scene is looked at for."""
+"""Which lights matter, what they reach, and how bright they make the places that a scene is looked at for."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float64
+from jaxtyping import Float, Float32, Float64, Int
 
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.light_grid import aisle_places
+from warehouse_sim.render.light_grid import CoarseScene, aisle_places
 from warehouse_sim.scene.lighting.photometry import relative_intensity
 from warehouse_sim.schema import Light, SceneSpec
 
@@ -16,6 +17,7 @@ WIDE_FROM, WIDE_TO = np.deg2rad(64.0), np.deg2rad(70.0)
 """Angles from a light's axis over which shadow maps hand it over to what is gathered on a grid: a flat map that went on
 to 85 deg would have four times as large texels all over, and a lamp sends a few percent of its light there."""
 _AHEAD = 4.0  # metres before a camera where its image is taken to be
+_NEAREST = 1.0  # metres from a lamp within which points get no more of it
 
 
 def even_illuminance(scene: SceneSpec) -> float:
@@ -47,6 +49,76 @@ def map_ramp(light: Light) -> tuple[float, float]:
         return 0.0, 1.0
     near, far = float(np.cos(WIDE_FROM)), float(np.cos(WIDE_TO))
     return 1.0 / (near - far), -far / (near - far)
+
+
+@dataclass(frozen=True, eq=False)
+class LightReach:
+    """What one light reaches among some points, however bright it is."""
+
+    lit: Int[np.ndarray, " k"]
+    """Numbers of the points that it lights."""
+    fraction: Float32[np.ndarray, " k"]
+    """Their irradiance (lx) for each candela of the light."""
+
+
+def light_reaches(
+    solid: CoarseScene,
+    lights: Sequence[Light],
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"] | None,
+    known: dict[bytes, LightReach],
+) -> list[LightReach]:
+    """Return what each of ``lights``, taken for points, reaches.
+
+    Args:
+        solid: Casts the shadows.
+        lights: The lights.
+        points: On surfaces, a little lifted, or anywhere (m).
+        normals: Unit normals of the surfaces; None for points that gather what shadow maps do not show.
+        known: What lights reach among these very points; those that are new are added.
+    """
+    keys = [light_geometry(light) + bytes([light.fill]) for light in lights]
+    for key, light in zip(keys, lights, strict=True):
+        if key not in known:
+            known[key] = _reach_of(light, solid, points, normals)
+    return [known[key] for key in keys]
+
+
+def direct_irradiance(
+    solid: CoarseScene,
+    lights: Sequence[Light],
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    known: dict[bytes, LightReach],
+) -> Float32[np.ndarray, "n 3"]:
+    """Return the irradiance (lx, linear RGB) that lights give surfaces; arguments as those of ``light_reaches``."""
+    total = np.zeros((len(points), 3), np.float32)
+    for light, reach in zip(lights, light_reaches(solid, lights, points, normals, known), strict=True):
+        total[reach.lit] += light.intensity * reach.fraction[:, None] * np.asarray(light.color, np.float32)
+    return total
+
+
+def _reach_of(
+    light: Light, solid: CoarseScene, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"] | None
+) -> LightReach:
+    """Return what a light reaches: cos(incidence) / r^2; a spot fades as ``relative_intensity`` says.
+
+    Without ``normals`` it is 1 / r^2, that of surfaces which look at the light, of what a grid gathers of it.
+    """
+    to_light = (np.asarray(light.position, float) - points).astype(np.float32)
+    squared = np.einsum("ij,ij->i", to_light, to_light)
+    distance = np.sqrt(squared)
+    cosine = np.einsum("ij,j->i", to_light, -np.asarray(light.direction, np.float32)) / distance
+    if normals is None:
+        # Such a point stands for a cell about it, of which a lamp beside it lights a part only.
+        fraction = wide_fraction(light, cosine) / np.maximum(squared, _NEAREST**2)
+    else:
+        fraction = np.einsum("ij,ij->i", to_light, normals) / (distance * squared)
+    fraction *= relative_intensity(light, cosine, -to_light / distance[:, None])
+    lit = np.flatnonzero(fraction > 0.0)
+    if light.casts_shadow:
+        lit = lit[~solid.blocked(points[lit], to_light[lit])]
+    return LightReach(lit, fraction[lit].astype(np.float32))
 
 
 def point_ahead(T_world_camera: Transform) -> Float64[np.ndarray, "1 3"]:

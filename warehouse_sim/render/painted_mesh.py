@@ -11,8 +11,8 @@ from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.render.picture_layout import picture_coordinates
-from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
+from warehouse_sim.render.texture_layout import box_projection, edge_order, picture_coordinates, texture_shift
+from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def require_renderable(scene: SceneSpec) -> None:
 
     Raises:
         RenderError: The scene is empty, two objects share an id, one names a model or material that is not there, or
-            film is painted solid.
+            paint makes film of what is solid, or the other way round.
     """
     seen: set[int] = set()
     for instance in scene.instances:
@@ -51,24 +51,14 @@ def require_renderable(scene: SceneSpec) -> None:
         if instance.model not in scene.models:
             raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
         for part in scene.model_of(instance).parts:
-            require_material(scene, instance, part)
+            painted = instance.material_of(part)
+            for name in (part.material, painted):
+                if name not in scene.materials:
+                    raise RenderError(f"{where} has the material {name!r}; add it to SceneSpec.materials")
+            if (scene.materials[part.material].opacity < 1.0) != (scene.materials[painted].opacity < 1.0):
+                raise RenderError(f"{where}: paint puts {painted!r} in place of {part.material!r}; film must stay film")
     if not any(scene.model_of(instance).parts for instance in scene.instances):
         raise RenderError(f"scene {scene.scene_index} holds nothing to render; add objects with parts")
-
-
-def require_material(scene: SceneSpec, instance: ObjectInstance, part: Part) -> None:
-    """Check that a part has a material, and that paint does not make film of what is solid, or the other way round.
-
-    Raises:
-        RenderError: It is not so.
-    """
-    where = f"scene {scene.scene_index}: object {instance.instance_id}"
-    painted = instance.material_of(part)
-    for name in (part.material, painted):
-        if name not in scene.materials:
-            raise RenderError(f"{where} has the material {name!r}; add it to SceneSpec.materials")
-    if (scene.materials[part.material].opacity < 1.0) != (scene.materials[painted].opacity < 1.0):
-        raise RenderError(f"{where}: paint puts {painted!r} in place of {part.material!r}; film must stay film")
 
 
 def _painted_part(part: Part, material: Material, number: int) -> PaintedMesh:
@@ -104,7 +94,12 @@ def _tiles(
 ) -> Float64[np.ndarray, "n 2"]:
     if material.picture is not None:
         return picture_coordinates(metres, normals)
-    return _box_projection(metres, normals, material) + _shift(number)
+    along = material.texture_size * (stretch(material.texture) if material.texture is not None else 1)
+    metres_of_a_tile = np.array([along, material.texture_size])
+    tiles: Float64[np.ndarray, "n 2"] = (
+        box_projection(metres, normals, edge_order(np.ptp(metres, axis=0))) / metres_of_a_tile
+    )
+    return tiles + texture_shift(np.array(0), np.array(number))
 
 
 @lru_cache(maxsize=512)
@@ -116,29 +111,6 @@ def _split(
     corners = np.concatenate([mesh.vertices[mesh.faces], normals], axis=2).reshape(-1, 6)
     rows, indices = np.unique(corners, axis=0, return_inverse=True)
     return rows[:, :3], rows[:, 3:], indices.reshape(-1, 3).astype(np.int32)
-
-
-def _box_projection(
-    metres: Float64[np.ndarray, "n 3"], normals: Float64[np.ndarray, "n 3"], material: Material
-) -> Float64[np.ndarray, "n 2"]:
-    """Lay the texture on each face along the axis that it looks at most, with u along the longest edge of the part."""
-    facing = np.abs(normals).argmax(axis=1)
-    # Edges that are equal to the centimetre tie, so that the skin of a carton does not turn its board.
-    order = np.argsort(-np.round(np.ptp(metres, axis=0), 2), kind="stable")
-    u = np.where(facing == order[0], order[1], order[0])
-    v = 3 - u - facing
-    rows = np.arange(len(metres))
-    handed = np.where((u + 1) % 3 == v, 1.0, -1.0) * np.where(normals[rows, facing] < 0, -1.0, 1.0)
-    along = material.texture_size * (stretch(material.texture) if material.texture is not None else 1)
-    return np.stack([metres[rows, u] / along, metres[rows, v] * handed / material.texture_size], axis=1)
-
-
-def _shift(number: int) -> Float64[np.ndarray, " 2"]:
-    """Return where in its texture the part starts, so that no two boards of an object show the same grain.
-
-    The R2 low-discrepancy sequence (Roberts 2018).
-    """
-    return (number * np.array([0.7548776662466927, 0.5698402909980532])) % 1.0
 
 
 def _merge(pieces: list[PaintedMesh]) -> PaintedMesh:

@@ -1,14 +1,16 @@
 """What every render backend offers."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.errors import RenderError
+from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
@@ -22,6 +24,18 @@ class AmodalMask:
     """Column and row in the image of the mask's first pixel; may be negative."""
     mask: Bool[np.ndarray, "sh sw"]
     """Tight around the covered pixels; 0 x 0 when nothing is covered."""
+
+    @classmethod
+    def of(cls, covered: Bool[np.ndarray, "h w"], left: int = 0, top: int = 0) -> "AmodalMask":
+        """Cut ``covered``, whose first pixel is in column ``left`` and row ``top`` of the image, to what it covers."""
+        box = mask_box_xyxy(covered)
+        if box is None:
+            return NOTHING_COVERED
+        x, y, last_x, last_y = box
+        return cls((left + x, top + y), covered[y : last_y + 1, x : last_x + 1].copy())
+
+
+NOTHING_COVERED = AmodalMask((0, 0), np.zeros((0, 0), bool))
 
 
 @dataclass(frozen=True)
@@ -100,6 +114,49 @@ class Renderer(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the renderer."""
+
+
+class ClosingRenderer(ABC):
+    """A renderer that closes at the end of a ``with`` block."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give back the graphics context; the renderer cannot be used afterwards."""
+
+    def __enter__(self) -> Self:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the renderer."""
+        self.close()
+
+
+_Held = TypeVar("_Held")
+
+
+def still_open(held: _Held | None) -> _Held:
+    """Return what an open renderer holds.
+
+    Raises:
+        RenderError: The renderer is closed: it holds None.
+    """
+    if held is None:
+        raise RenderError("the renderer is closed; open a new one with open_renderer()")
+    return held
+
+
+def loaded(scene: _Held | None) -> _Held:
+    """Return the loaded scene.
+
+    Raises:
+        RenderError: It is None, as nothing is loaded.
+    """
+    if scene is None:
+        raise RenderError("no scene is loaded; call load(scene) before rendering")
+    return scene
 
 
 _WIDEST = 1e3

@@ -8,10 +8,9 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.lens.edges import EdgeCaster
 from warehouse_sim.render.lens.source import CANVAS_STEP, LensMap
-from warehouse_sim.render.renderer import AmodalMask
+from warehouse_sim.render.renderer import NOTHING_COVERED, AmodalMask
 from warehouse_sim.schema import ObjectInstance
 
-_EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
 _MARGIN_PX = 4
 
 
@@ -39,7 +38,7 @@ def amodal_mask_through_lens(
     box = mask_box_xyxy(visible)
     window = _window(sampled, lens, box)
     if window is None:
-        return _EMPTY
+        return NOTHING_COVERED
     left, top, right, bottom = window
     mask = _looked_up(sampled, _source_pixels(lens, left, top, right, bottom))
     edges.outline(mask, (left, top), lens, T_world_camera, item)
@@ -47,7 +46,7 @@ def amodal_mask_through_lens(
         first_column, first_row, last_column, last_row = box
         inside = mask[first_row - top : last_row + 1 - top, first_column - left : last_column + 1 - left]
         inside |= visible[first_row : last_row + 1, first_column : last_column + 1]
-    return _tight(mask, left, top)
+    return AmodalMask.of(mask, left, top)
 
 
 def _looked_up(sampled: AmodalMask, pixels: Int[np.ndarray, "h w 2"]) -> Bool[np.ndarray, "h w"]:
@@ -106,11 +105,3 @@ def _interpolated(lens: LensMap, left: int, top: int, right: int, bottom: int) -
     u = ((np.arange(left, right) + lens.camera.width) / CANVAS_STEP).astype(np.float32)
     v = ((np.arange(top, bottom) + lens.camera.height) / CANVAS_STEP).astype(np.float32)
     return cv2.remap(lens.canvas, *np.meshgrid(u, v), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-
-
-def _tight(mask: Bool[np.ndarray, "h w"], left: int, top: int) -> AmodalMask:
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if not len(rows):
-        return _EMPTY
-    cut = mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
-    return AmodalMask((left + int(columns[0]), top + int(rows[0])), cut)

@@ -1,20 +1,17 @@
 """Any backend behind a lens: a wider view is rendered and resampled."""
 
 from collections.abc import Sequence
-from types import TracebackType
-from typing import Self
 
 import cv2
 import numpy as np
 from jaxtyping import Float32, Int32, UInt8
 
-from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.lens.amodal_mask import amodal_mask_through_lens
 from warehouse_sim.render.lens.edges import EdgeCaster, rough_pixels
 from warehouse_sim.render.lens.source import LensMap, lens_map
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, Renderer
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, Renderer, loaded
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 
@@ -68,7 +65,7 @@ def _depth(inverse: Float32[np.ndarray, "sh sw"], lens: LensMap) -> Float32[np.n
     return np.divide(np.float32(1.0), beside, out=np.zeros_like(beside), where=seen & (beside > 0))
 
 
-class LensRenderer:
+class LensRenderer(ClosingRenderer):
     """Draws cameras with a lens by way of a pinhole that another renderer draws; those without are passed on.
 
     Args:
@@ -134,21 +131,9 @@ class LensRenderer:
         """Close the renderer."""
         self._renderer.close()
 
-    def __enter__(self) -> Self:
-        """Return the renderer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the renderer."""
-        self.close()
-
     def _edge_caster(self) -> EdgeCaster:
-        if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before rendering")
         if self._edges is None:
-            self._edges = EdgeCaster(self._scene)
+            self._edges = EdgeCaster(loaded(self._scene))
         return self._edges
 
     def _instance_mask_of(self, camera: PinholeCamera, T_world_camera: Transform) -> Int32[np.ndarray, "h w"]:

@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from warehouse_sim.render.albedo import NO_CHANGE, albedo_factor
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.light_selection import GROUND, even_illuminance, facing_illuminance, reference_points
-from warehouse_sim.render.picture_layout import picture_albedo
+from warehouse_sim.render.texture_layout import picture_albedo
+from warehouse_sim.render.texture_set import NO_CHANGE, albedo_factor
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 _TYPICAL_COSINE = 0.4

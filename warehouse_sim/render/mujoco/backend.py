@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -13,7 +12,7 @@ from warehouse_sim.render.mujoco.device import choose_platform, open_device
 from warehouse_sim.render.mujoco.loaded_scene import LoadedScene
 from warehouse_sim.render.mujoco.model import MAX_LIGHTS, build_visual_model
 from warehouse_sim.render.painted_mesh import require_renderable
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -32,7 +31,7 @@ class MujocoOptions:
     """Edge of each light's shadow map, 0-16,384, all drawn again for each image; 0 = no shadows."""
 
 
-class MujocoRenderer:
+class MujocoRenderer(ClosingRenderer):
     """MuJoCo's classic renderer; see ``render.renderer.Renderer`` for the methods.
 
     Args:
@@ -58,7 +57,7 @@ class MujocoRenderer:
 
     def load(self, scene: SceneSpec) -> None:
         """Compile ``scene`` and upload it."""
-        self._make_current()
+        still_open(self._context).make_current()
         require_renderable(scene)
         visual = build_visual_model(scene, self._options.shadow_px)
         if self._scene is not None:
@@ -68,18 +67,18 @@ class MujocoRenderer:
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Render the loaded scene."""
         require_view(camera, T_world_camera)
-        self._make_current()
+        still_open(self._context).make_current()
         if normals:
             raise RenderError("the mujoco backend renders no normals; use raster or pathtrace")
-        return self._loaded_scene().render(camera, T_world_camera)
+        return loaded(self._scene).render(camera, T_world_camera)
 
     def amodal_masks(
         self, camera: PinholeCamera, T_world_camera: Transform, instances: Sequence[ObjectInstance]
     ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
         require_view(camera, T_world_camera)
-        self._make_current()
-        scene = self._loaded_scene()
+        still_open(self._context).make_current()
+        scene = loaded(self._scene)
         return [scene.amodal_mask(camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:
@@ -91,23 +90,3 @@ class MujocoRenderer:
             self._scene.release()
         self._context.free()
         self._context = self._scene = None
-
-    def __enter__(self) -> Self:
-        """Return the renderer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the renderer."""
-        self.close()
-
-    def _make_current(self) -> None:
-        if self._context is None:
-            raise RenderError("the renderer is closed; open a new one with open_renderer()")
-        self._context.make_current()
-
-    def _loaded_scene(self) -> LoadedScene:
-        if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before rendering")
-        return self._scene

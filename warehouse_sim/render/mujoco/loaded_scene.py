@@ -5,8 +5,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int32, Int64, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, invert
-from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles, solid_corners
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles
 from warehouse_sim.render.mujoco.model import ALONE, FILM, SOLID, VisualModel
 from warehouse_sim.render.renderer import AmodalMask
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
@@ -119,9 +119,7 @@ class LoadedScene:
             aim(alone, tile, T_world_camera)
             return render_ids(alone, self._context, size)[0] >= 0
 
-        T_camera_object = invert(T_world_camera) @ instance.T_world_object
-        corners = solid_corners(self._scene, self._scene.model_of(instance))
-        return amodal_mask_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+        return amodal_mask_by_tiles(camera, T_world_camera, self._scene, instance, NEAR, draw)
 
     def release(self) -> None:
         """Free the device memory."""

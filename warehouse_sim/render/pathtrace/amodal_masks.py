@@ -5,16 +5,14 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import merge
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.pathtrace.triangles import mesh_shape
-from warehouse_sim.render.renderer import AmodalMask
+from warehouse_sim.render.renderer import NOTHING_COVERED, AmodalMask
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 _NEAR = 0.05  # metres
-_EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
 
 
 class AmodalMaskCaster:
@@ -43,23 +41,19 @@ def cast_amodal_mask(
     """Return the unoccluded amodal mask of ``instance`` on the canvas of three by three images."""
     shape = shapes.of(instance)
     if shape is None:
-        return _EMPTY
+        return NOTHING_COVERED
     scene, corners = shape
     T_object_camera = invert(instance.T_world_object) @ T_world_camera
     window = _window(camera, transform_points(invert(T_object_camera), corners))
     if window is None:
-        return _EMPTY
+        return NOTHING_COVERED
     left, top, right, bottom = window
     part = camera.crop(left, top, right - left + 1, bottom - top + 1)
     directions = (part.rays().reshape(-1, 3) @ T_object_camera[:3, :3].T).astype(np.float32)
     origin = T_object_camera[:3, 3]
     ray = mi.Ray3f(mi.Point3f(*map(float, origin)), mi.Vector3f(*(mi.Float(column) for column in directions.T)))
     mask = scene.ray_test(ray).numpy().reshape(part.height, part.width)
-    box = mask_box_xyxy(mask)
-    if box is None:
-        return _EMPTY
-    tight = mask[box[1] : box[3] + 1, box[0] : box[2] + 1]
-    return AmodalMask((left + box[0], top + box[1]), tight.copy())
+    return AmodalMask.of(mask, left, top)
 
 
 def _window(camera: PinholeCamera, corners: np.ndarray) -> tuple[int, int, int, int] | None:

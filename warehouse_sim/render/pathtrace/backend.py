@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import mitsuba as mi
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 
-from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
@@ -20,7 +18,7 @@ from warehouse_sim.render.pathtrace.denoiser import Denoiser, cast_features
 from warehouse_sim.render.pathtrace.integrator import trace_image
 from warehouse_sim.render.pathtrace.llvm import use_llvm_variant
 from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 
@@ -80,7 +78,7 @@ class PathtraceOptions:
     """What traces and denoises: all cores, or a GPU by CUDA, whose bytes differ."""
 
 
-class PathtraceRenderer:
+class PathtraceRenderer(ClosingRenderer):
     """Reference renderer with global illumination; see ``render.renderer.Renderer`` for the methods.
 
     Args:
@@ -108,7 +106,7 @@ class PathtraceRenderer:
 
     def load(self, scene: SceneSpec) -> None:
         """Build the acceleration structures of ``scene``."""
-        self._reject_if_closed()
+        still_open(None if self._closed else self)
         change = SceneChange.between(self._spec, scene)
         if self._scene is None or change.objects or change.surfaces or change.emission:
             self._scene = LoadedScene(scene)
@@ -156,22 +154,6 @@ class PathtraceRenderer:
             self._denoiser.close()
             self._denoiser = None
 
-    def __enter__(self) -> Self:
-        """Return the renderer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the renderer."""
-        self.close()
-
     def _loaded_scene(self) -> LoadedScene:
-        self._reject_if_closed()
-        if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before rendering")
-        return self._scene
-
-    def _reject_if_closed(self) -> None:
-        if self._closed:
-            raise RenderError("the renderer is closed; open a new one with open_renderer()")
+        still_open(None if self._closed else self)
+        return loaded(self._scene)

@@ -6,7 +6,6 @@ under a GGX lobe of 4 % at normal incidence, or a tinted GGX lobe for metals.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -14,10 +13,8 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.errors import RenderError
-from warehouse_sim.render.albedo import NO_CHANGE
-from warehouse_sim.render.picture_layout import picture_albedo
-from warehouse_sim.resources import texture_folder
+from warehouse_sim.render.texture_layout import picture_albedo
+from warehouse_sim.render.texture_set import NO_CHANGE, read_texture_set
 from warehouse_sim.schema import Material
 
 _ALBEDO_PX = 512
@@ -38,24 +35,19 @@ class TextureSet:
 
 @lru_cache(maxsize=64)
 def load_texture_set(name: str) -> TextureSet:
-    """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
+    """Return the texture set called ``name`` as factors and unit normals.
 
     Raises:
         RenderError: The albedo is missing, or a file is no image.
     """
-    folder = texture_folder(name)
-    if not (folder / "albedo.png").is_file():
-        known = ", ".join(sorted(item.name for item in folder.parent.glob("*") if item.is_dir())) or "(none)"
-        raise RenderError(f"texture {name!r}: {folder / 'albedo.png'} does not exist; textures there: {known}")
-    albedo = _read(name, folder / "albedo.png", cv2.IMREAD_GRAYSCALE)
+    images = read_texture_set(name)
+    albedo = images.albedo
     if albedo.shape[0] > _ALBEDO_PX:
         albedo = cv2.resize(albedo, (_ALBEDO_PX, _ALBEDO_PX), interpolation=cv2.INTER_AREA)
-    normal = _read(name, folder / "normal.png", cv2.IMREAD_COLOR) if (folder / "normal.png").is_file() else None
-    roughness = folder / "roughness.png"
     return TextureSet(
         albedo=_factor(albedo),
-        normal=None if normal is None else _normal(normal[..., ::-1]),
-        roughness=_factor(_read(name, roughness, cv2.IMREAD_GRAYSCALE)) if roughness.is_file() else None,
+        normal=None if images.normal is None else _normal(images.normal),
+        roughness=None if images.roughness is None else _factor(images.roughness),
     )
 
 
@@ -68,13 +60,6 @@ def _normal(codes: np.ndarray) -> np.ndarray:
     bend = (codes[..., :2].astype(np.float32) - NO_CHANGE) / 127.0 * [1.0, -1.0]
     out = np.sqrt(np.maximum(1.0 - (bend**2).sum(axis=-1, keepdims=True), 0.0))
     return (np.concatenate([bend, out], axis=-1).astype(np.float32) + 1.0) / 2.0
-
-
-def _read(name: str, path: Path, mode: int) -> np.ndarray:
-    image = cv2.imread(str(path), mode)
-    if image is None:
-        raise RenderError(f"texture {name!r}: {path} is not a readable image; bake the assets again")
-    return image
 
 
 _MIN_ROUGHNESS = 0.05  # as the raster backend has it

@@ -6,13 +6,13 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from jaxtyping import Float, Float32, Int, Int32
+from jaxtyping import Float32, Int32
 
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.painted_mesh import require_renderable
-from warehouse_sim.render.picture_layout import picture_coordinates
+from warehouse_sim.render.texture_layout import box_projection, edge_order, picture_coordinates, texture_shift
 from warehouse_sim.schema import Material, Part, SceneSpec
 
 
@@ -36,40 +36,6 @@ def mesh_shape(corners: np.ndarray, texture: np.ndarray | None = None, surface: 
         values["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
     values.update()
     return mesh
-
-
-def tile_coordinates(
-    metres: Float[np.ndarray, "p f 3 3"], normals: Float[np.ndarray, "p f 3"], order: Int[np.ndarray, "p 3"]
-) -> Float[np.ndarray, "p f 3 2"]:
-    """Return how far along u and v (m) each corner lies.
-
-    Args:
-        metres: Corners of the faces of each part in the part's own frame (m).
-        normals: Unit normals of the faces in that frame.
-        order: Axes of each part from the longest edge to the shortest.
-    """
-    size = np.abs(normals)
-    # As the shader compares: x wins ties, then y.
-    facing = np.where(
-        (size[..., 0] >= size[..., 1]) & (size[..., 0] >= size[..., 2]), 0, np.where(size[..., 1] >= size[..., 2], 1, 2)
-    )
-    u = np.where(order[:, None, 0] == facing, order[:, None, 1], order[:, None, 0])
-    v = 3 - u - facing
-    handed = np.where((u + 1) % 3 == v, 1.0, -1.0)
-    towards = np.take_along_axis(normals, facing[..., None], axis=-1)[..., 0]
-    along_u = np.take_along_axis(metres, u[..., None, None], axis=-1)[..., 0]
-    along_v = np.take_along_axis(metres, v[..., None, None], axis=-1)[..., 0]
-    return np.stack([along_u, along_v * np.where(towards < 0, -handed, handed)[..., None]], axis=-1)
-
-
-def edge_order(extent: Float[np.ndarray, "p 3"]) -> Int[np.ndarray, "p 3"]:
-    """Return the axes from the longest edge (m) to the shortest; edges equal to the centimetre keep x, y, z."""
-    return np.argsort(-np.round(extent, 2), axis=1, kind="stable")
-
-
-def texture_shift(instance_ids: Int[np.ndarray, " p"], numbers: Int[np.ndarray, " p"]) -> Float[np.ndarray, "p 2"]:
-    """Return where in its tile each part starts: the R2 sequence (Roberts 2018) over object and part number."""
-    return ((instance_ids * 131 + numbers)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])) % 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,20 +94,18 @@ def _mesh_triangles(
     metres = mesh.vertices[mesh.faces] * scale[:, None, None]
     corners = np.einsum("pij,pfcj->pfci", T[:, :3, :3], metres) + T[:, None, None, :3, 3]
     ids = np.array([item.instance_id for item in placed])
+    normals = np.round(mesh.face_normals(), 6) / scale[:, None]
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
     if material.picture is not None:
-        normals = np.round(mesh.face_normals(), 6) / scale[:, None]
-        normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
         every = np.broadcast_to(normals[:, :, None], metres.shape)
         texture = np.stack([picture_coordinates(*pair) for pair in zip(metres, every, strict=True)])
     elif material.texture is None:
         texture = np.zeros((*metres.shape[:-1], 2))
     else:
-        normals = np.round(mesh.face_normals(), 6) / scale[:, None]
-        normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
         order = edge_order(np.ptp(mesh.vertices, axis=0) * scale)
         shift = texture_shift(ids, np.array([item.number for item in placed]))
         tile = np.array([material.texture_size * stretch(material.texture), material.texture_size])
-        texture = tile_coordinates(metres, normals, order) / tile + shift[:, None, None]
+        texture = box_projection(metres, normals[:, :, None], order[:, None, None]) / tile + shift[:, None, None]
     return (
         corners.reshape(-1, 3, 3).astype(np.float32),
         texture.reshape(-1, 3, 2).astype(np.float32),

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -11,14 +10,14 @@ from jaxtyping import Bool, Float32, Int32
 
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles, solid_corners
+from warehouse_sim.render.canvas_tiles import amodal_mask_by_tiles
 from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.pyrender.appearance import display_table
 from warehouse_sim.render.pyrender.device import close_offscreen, import_pyrender, open_offscreen
 from warehouse_sim.render.pyrender.graph import MAX_LIGHTS, NEAR, SceneGraph
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -36,7 +35,7 @@ class PyrenderOptions:
     """Whether spots cast shadows; pyrender knows all or none."""
 
 
-class PyrenderRenderer:
+class PyrenderRenderer(ClosingRenderer):
     """pyrender through EGL; see ``render.renderer.Renderer`` for the methods. A process can have one open.
 
     Args:
@@ -54,7 +53,6 @@ class PyrenderRenderer:
         self._offscreen, package_and_driver = open_offscreen(options.device)
         self.description = package_and_driver
         self._shadows = options.shadows
-        self._scene: SceneSpec | None = None
         self._graph: SceneGraph | None = None
         self._display = display_table()
 
@@ -65,14 +63,14 @@ class PyrenderRenderer:
 
     def load(self, scene: SceneSpec) -> None:
         """Build the scene graph; pyrender uploads it with the first image."""
-        self._require_open()
+        still_open(self._offscreen)
         require_renderable(scene)
-        self._graph, self._scene = SceneGraph(scene), scene
+        self._graph = SceneGraph(scene)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Render the loaded scene: one pass for the image, one without antialiasing for depth and instance mask."""
         require_view(camera, T_world_camera)
-        graph, _ = self._loaded()
+        graph = self._loaded()
         if normals:
             raise RenderError("the pyrender backend renders no normals; use raster or pathtrace")
         self._aim(graph, camera, T_world_camera)
@@ -89,32 +87,17 @@ class PyrenderRenderer:
     ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene alone, which takes a pass for each."""
         require_view(camera, T_world_camera)
-        graph, scene = self._loaded()
-        return [self._amodal_mask(graph, scene, camera, T_world_camera, instance) for instance in instances]
+        graph = self._loaded()
+        return [self._amodal_mask(graph, camera, T_world_camera, instance) for instance in instances]
 
     def close(self) -> None:
         """Free all device memory; the context stays for the next renderer of the process."""
         if self._offscreen is not None:
             close_offscreen()
-        self._offscreen = self._graph = self._scene = None
-
-    def __enter__(self) -> Self:
-        """Return the renderer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the renderer."""
-        self.close()
+        self._offscreen = self._graph = None
 
     def _amodal_mask(
-        self,
-        graph: SceneGraph,
-        scene: SceneSpec,
-        camera: PinholeCamera,
-        T_world_camera: Transform,
-        instance: ObjectInstance,
+        self, graph: SceneGraph, camera: PinholeCamera, T_world_camera: Transform, instance: ObjectInstance
     ) -> AmodalMask:
         node = graph.node_of.get(instance.instance_id)
 
@@ -122,9 +105,7 @@ class PyrenderRenderer:
             self._aim(graph, tile, T_world_camera)
             return self._render_instance_mask(graph, {1: node})[0] == 1
 
-        corners = solid_corners(scene, scene.model_of(instance))
-        T_camera_object = invert(T_world_camera) @ instance.T_world_object
-        return amodal_mask_by_tiles(camera, T_camera_object, corners, NEAR, draw)
+        return amodal_mask_by_tiles(camera, T_world_camera, graph.scene, instance, NEAR, draw)
 
     def _render_instance_mask(
         self, graph: SceneGraph, nodes: dict[int, Any]
@@ -146,12 +127,6 @@ class PyrenderRenderer:
         eye.fx, eye.fy, eye.cx, eye.cy = camera.fx, camera.fy, camera.cx + 0.5, camera.cy + 0.5
         graph.graph.set_pose(graph.eye, T_world_camera @ _FLIP)
 
-    def _require_open(self) -> None:
-        if self._offscreen is None:
-            raise RenderError("the renderer is closed; open a new one with open_renderer()")
-
-    def _loaded(self) -> tuple[SceneGraph, SceneSpec]:
-        self._require_open()
-        if self._graph is None or self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before rendering")
-        return self._graph, self._scene
+    def _loaded(self) -> SceneGraph:
+        still_open(self._offscreen)
+        return loaded(self._graph)

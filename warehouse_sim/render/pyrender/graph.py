@@ -26,6 +26,7 @@ class SceneGraph:
     """
 
     def __init__(self, scene: SceneSpec) -> None:
+        self.scene = scene
         pyrender = import_pyrender()
         materials = MaterialCache(scene.materials, scene.exposure)
         self.graph = pyrender.Scene(bg_color=background(scene), ambient_light=ambient_light(scene))

@@ -7,7 +7,6 @@ import moderngl
 import numpy as np
 from jaxtyping import Int
 
-from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
@@ -21,7 +20,7 @@ from warehouse_sim.render.raster.projection import (
     window_intrinsics,
     window_viewport,
 )
-from warehouse_sim.render.renderer import AmodalMask
+from warehouse_sim.render.renderer import NOTHING_COVERED, AmodalMask
 
 
 @dataclass(frozen=True)
@@ -61,9 +60,6 @@ def pack(cells: Iterable[tuple[int, Cell]], page_size: tuple[int, int]) -> list[
     return pages
 
 
-_EMPTY = AmodalMask((0, 0), np.zeros((0, 0), bool))
-
-
 class AmodalMaskAtlas:
     """Draws amodal masks: white where an object is, black elsewhere, one draw call a mesh for all objects."""
 
@@ -97,12 +93,13 @@ class AmodalMaskAtlas:
         """
         target = self._target_for(camera)
         levels = choose_levels(table, [batch.errors for batch in batches], records, camera)
-        result = [_EMPTY] * count
+        result = [NOTHING_COVERED] * count
         cells = canvas_cells(camera, table, records, owner, count)
         for page in pack(cells, (page_width(cells, target.size[0]), target.size[1])):
             image = self._draw_page(target, camera, table, records, batches, owner, levels, page)
             for number, cell in page:
-                result[number] = _tight(image[cell.row : cell.row + cell.height], cell)
+                band = image[cell.row : cell.row + cell.height, cell.column : cell.column + cell.width]
+                result[number] = AmodalMask.of(band > 0, cell.left, cell.top)
         return result
 
     def release(self) -> None:
@@ -211,12 +208,3 @@ def page_width(cells: Sequence[tuple[int, Cell]], limit: int) -> int:
     """Return a width (px) that makes the page about square: what is not covered is cleared and read in vain."""
     area = sum(cell.width * cell.height for _, cell in cells)
     return min(limit, max([int(1.1 * area**0.5) + 1, *(cell.width for _, cell in cells)]))
-
-
-def _tight(band: np.ndarray, cell: Cell) -> AmodalMask:
-    mask = band[:, cell.column : cell.column + cell.width] > 0
-    box = mask_box_xyxy(mask)
-    if box is None:
-        return _EMPTY
-    left, top, right, bottom = box
-    return AmodalMask((cell.left + left, cell.top + top), mask[top : bottom + 1, left : right + 1].copy())

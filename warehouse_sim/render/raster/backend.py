@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Annotated, Self
+from typing import Annotated
 
 import moderngl
 
@@ -11,6 +10,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.raster.amodal_mask_atlas import AmodalMaskAtlas
 from warehouse_sim.render.raster.context import describe, open_context
 from warehouse_sim.render.raster.image_targets import ImageTargets
@@ -25,7 +25,7 @@ from warehouse_sim.render.raster.passes.geometry_pass import GeometryPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX
 from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, require_view
+from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
 
 
@@ -38,7 +38,7 @@ class RasterOptions:
     """Number of the EGL device, 0-1,023; 0 = the first."""
 
 
-class RasterRenderer:
+class RasterRenderer(ClosingRenderer):
     """Deferred renderer on OpenGL 4.5; see ``render.renderer.Renderer`` for the methods.
 
     Args:
@@ -73,20 +73,20 @@ class RasterRenderer:
 
     def load(self, scene: SceneSpec) -> None:
         """Upload ``scene`` and gather its indirect light, but for what did not change since the scene before."""
-        with self._open_context() as context:
+        with still_open(self._context) as context:
+            require_renderable(scene)
             before = self._scene
             self._scene = LoadedScene(
                 context, scene, self._shadows, self._textures, self._pictures, self._meshes, before
             )
             if before is not None:
                 before.release(self._scene)
-            self._meshes.keep(self._scene.table.meshes)
 
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Render the loaded scene."""
         require_view(camera, T_world_camera)
-        with self._open_context() as context:
-            scene, targets = self._loaded_scene(), self._targets_for(context, camera)
+        with still_open(self._context) as context:
+            scene, targets = loaded(self._scene), self._targets_for(context, camera)
             lighting, batches = scene.lighting(T_world_camera), scene.batches
             table = scene.table.subset(scene.objects.in_view(camera, T_world_camera))
             records = placed_records(table, T_world_camera)
@@ -109,8 +109,8 @@ class RasterRenderer:
     ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
-        with self._open_context():
-            scene = self._loaded_scene()
+        with still_open(self._context):
+            scene = loaded(self._scene)
             rows, owner = scene.objects.rows_of([instance.instance_id for instance in instances])
             solid = ~scene.table.film[rows]
             table, owner = scene.table.subset(rows[solid]), owner[solid]
@@ -141,26 +141,6 @@ class RasterRenderer:
                 item.release()
         self._context.release()
         self._context = self._scene = self._targets = None
-
-    def __enter__(self) -> Self:
-        """Return the renderer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the renderer."""
-        self.close()
-
-    def _open_context(self) -> moderngl.Context:
-        if self._context is None:
-            raise RenderError("the renderer is closed; open a new one with open_renderer()")
-        return self._context
-
-    def _loaded_scene(self) -> LoadedScene:
-        if self._scene is None:
-            raise RenderError("no scene is loaded; call load(scene) before rendering")
-        return self._scene
 
     def _targets_for(self, context: moderngl.Context, camera: PinholeCamera) -> ImageTargets:
         size = (camera.width, camera.height)

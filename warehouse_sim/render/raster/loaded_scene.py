@@ -7,14 +7,16 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
+from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
 from warehouse_sim.render.raster.light.light_textures import DistributionTexture, FieldTexture, distributions_of
 from warehouse_sim.render.raster.light.lighting import Lighting
 from warehouse_sim.render.raster.light.lights import MAX_LIGHTS, ShadedLight
 from warehouse_sim.render.raster.light.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshLibrary
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary
 from warehouse_sim.render.raster.meshes.object_index import ObjectIndex
-from warehouse_sim.render.raster.meshes.parts import build_part_table, ribbed_materials
+from warehouse_sim.render.raster.meshes.parts import build_part_table
+from warehouse_sim.render.raster.meshes.ribs import ribbed_materials
 from warehouse_sim.render.raster.surfaces.materials import MaterialTable
 from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
 from warehouse_sim.schema import Light, SceneChange, SceneSpec
@@ -28,15 +30,15 @@ class LoadedScene:
 
     Args:
         context: Where to upload to.
-        spec: The scene.
+        spec: The scene; see ``require_renderable``.
         shadows: Is rendered for this scene, and serves it until another scene is rendered there.
         textures: Gains the textures that the scene names.
         pictures: Holds the pictures that the scene names from now on.
-        meshes: Gains the meshes of the scene.
+        meshes: Holds the meshes of the scene from now on.
         before: The scene that was loaded before.
 
     Raises:
-        RenderError: The scene names something that it does not hold, or a texture that is not shipped.
+        RenderError: The scene names a texture that is not shipped, or too many materials.
         MissingPackageError: Embree is not installed.
     """
 
@@ -57,25 +59,28 @@ class LoadedScene:
             self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed)
         else:
             self.materials = before.materials
-        if before is None or change.objects or change.surfaces:
+        shown = before if before is not None and not (change.objects or change.surfaces) else None
+        if shown is None:
             self.table = build_part_table(spec, self.materials.row, ribbed)
             self.objects = ObjectIndex.of(self.table)
-            self.batches = meshes.require(self.table.meshes)
             self._rendered: tuple[bytes, ...] | None = None
             self._tiles: list[ShadowTile] = []
         else:
-            self.table, self.objects, self.batches = before.table, before.objects, before.batches
-            self._rendered, self._tiles = before._rendered, before._tiles
-        if before is None or change.objects or change.surfaces or change.area:
-            self._gatherer = LightGatherer(spec)
+            self.table, self.objects = shown.table, shown.objects
+            self._rendered, self._tiles = shown._rendered, shown._tiles
+        if shown is None or change.area:
+            grid = lay_grid(spec)
+            self._gatherer = LightGatherer(grid)
         else:
-            self._gatherer = before._gatherer
-        if before is None or change.lights or self._gatherer is not before._gatherer:
-            self._field = FieldTexture(context, self._gatherer.field(spec.lights, spec.ambient))
+            self._gatherer = shown._gatherer
+        if shown is None or change.lights or self._gatherer is not shown._gatherer:
+            field = self._gatherer.field(spec.lights, spec.ambient)
+            self._field = FieldTexture(context, field)
         else:
-            self._field = before._field
+            self._field = shown._field
         own = distributions_of(spec.lights)
         self._distributions = DistributionTexture(context, own) if own else None
+        self.batches: list[MeshBatch] = meshes.require(self.table.meshes) if shown is None else shown.batches
 
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.

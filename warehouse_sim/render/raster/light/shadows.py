@@ -120,7 +120,6 @@ class ShadowAtlas:
             shapes.append(None if shape is mesh else shape)
         own = [shape for shape in shapes if shape is not None]
         coarse = iter(self._shapes.require(own))
-        self._shapes.keep(own)
         return [batch if shape is None else next(coarse) for shape, batch in zip(shapes, batches, strict=True)]
 
     def _draw_tile(

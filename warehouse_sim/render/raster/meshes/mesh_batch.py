@@ -63,20 +63,17 @@ class MeshLibrary:
         self._batches: dict[TriangleMesh, MeshBatch] = {}
 
     def require(self, meshes: Sequence[TriangleMesh]) -> list[MeshBatch]:
-        """Return the batch of each of ``meshes``, uploading those that are new."""
+        """Return the batch of each of ``meshes``; those that are new are uploaded, all others freed."""
         for mesh in meshes:
             if mesh not in self._batches:
                 self._batches[mesh] = MeshBatch(self._context, self._levels(mesh))
-        return [self._batches[mesh] for mesh in meshes]
-
-    def keep(self, meshes: Sequence[TriangleMesh]) -> None:
-        """Free the device memory of all but ``meshes``."""
         for mesh in self._batches.keys() - set(meshes):
             self._batches.pop(mesh).release()
+        return [self._batches[mesh] for mesh in meshes]
 
     def release(self) -> None:
         """Free the device memory."""
-        self.keep(())
+        self.require(())
 
 
 class _Level:

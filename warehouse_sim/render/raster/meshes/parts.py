@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Float64, Int
+from jaxtyping import Bool, Float, Float64, Int
 
 from warehouse_sim.catalog.building.outdoors import OUTDOORS
-from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.render.coarse_scene import JOINED_GOODS
-from warehouse_sim.render.painted_mesh import require_material
-from warehouse_sim.render.raster.meshes.ribs import ribs_of
+from warehouse_sim.render.texture_layout import edge_order, texture_shift
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
 _SKIN = 0.0015
@@ -63,7 +61,7 @@ INSTANCE = np.dtype(
         ("translation", "f4", 3),
         ("scale", "f4", 3),
         ("texture_shift", "f4", 2),
-        ("identity", "i4", 4),  # instance id, material row, order of the part's edges, its thinnest axis
+        ("identity", "i4", 4),  # instance id, material row, edge order as first + 4 second + 16 third, thinnest axis
         ("picture", "f4", 4),  # least place along the picture's axes (m), and pictures a metre along them
     ]
 )
@@ -139,26 +137,13 @@ class PartTable:
         return (up * self.local_centre + np.abs(up) * self.half_size).sum(axis=1) + self.T_world_part[:, 2, 3]
 
 
-def ribbed_materials(scene: SceneSpec) -> frozenset[str]:
-    """Return the names of the materials that ribbed sheets of ``scene`` are made of."""
-    sheets = {
-        name: [part for part in model.parts if ribs_of(part.mesh) is not None] for name, model in scene.models.items()
-    }
-    return frozenset(
-        item.material_of(part) for item in scene.instances if item.model in sheets for part in sheets[item.model]
-    )
-
-
 def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: frozenset[str] = frozenset()) -> PartTable:
     """Flatten ``scene``.
 
     Args:
-        scene: What to draw.
+        scene: What to draw; see ``require_renderable``.
         material_row: Number of each material of the scene.
         ribbed: Names of those that ribbed sheets are made of.
-
-    Raises:
-        RenderError: The scene is empty, two objects share an id, or one names a model or material that is not there.
     """
     groups = _parts_by_mesh(scene)
     entries = [entry for group in groups.values() for entry in group]
@@ -166,19 +151,19 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
     scale = np.stack([part.scale for _, _, part in entries])
     extent = {mesh: (mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for mesh in groups}
     low, high = (np.stack([extent[part.mesh][side] for _, _, part in entries]) * scale for side in (0, 1))
+    casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
     ids = np.array([instance.instance_id for instance, _, _ in entries])
     template = np.zeros(len(entries), INSTANCE)
     template["scale"] = scale
     template["identity"][:, 0] = ids
     template["identity"][:, 1] = [material_row[instance.material_of(part)] for instance, _, part in entries]
-    template["identity"][:, 2] = _edge_order(high - low)
+    template["identity"][:, 2] = edge_order(high - low) @ np.array([1, 4, 16])
     template["identity"][:, 3] = np.argmin(high - low, axis=1)
-    template["texture_shift"] = _texture_shift(ids, np.array([number for _, number, _ in entries]))
+    template["texture_shift"] = texture_shift(ids, np.array([number for _, number, _ in entries]))
     template["picture"] = _picture_frame(low, high)
     has_paint = {name: name in ribbed or item.picture is not None for name, item in scene.materials.items()}
     painted = np.array([has_paint[instance.material_of(part)] for instance, _, part in entries])
     film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
-    casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
     joined = {name for name, model in scene.models.items() if model.class_name == JOINED_GOODS}
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
     return PartTable(
@@ -207,29 +192,10 @@ def placed_records(table: PartTable, T_world_camera: Transform) -> np.ndarray:
 def _parts_by_mesh(scene: SceneSpec) -> dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]]:
     """Return, for each mesh, what draws it: the object, the number of the part in its model, the part."""
     groups: dict[TriangleMesh, list[tuple[ObjectInstance, int, Part]]] = {}
-    seen: set[int] = set()
     for instance in scene.instances:
-        where = f"scene {scene.scene_index}: object {instance.instance_id}"
-        if instance.instance_id in seen:
-            raise RenderError(f"{where} occurs twice; every object needs an id of its own")
-        seen.add(instance.instance_id)
-        if instance.model not in scene.models:
-            raise RenderError(f"{where} is of model {instance.model!r}; add it to SceneSpec.models")
         for number, part in enumerate(scene.model_of(instance).parts):
-            require_material(scene, instance, part)
             groups.setdefault(part.mesh, []).append((instance, number, part))
-    if not groups:
-        raise RenderError(f"scene {scene.scene_index} holds nothing to render; add objects with parts")
     return groups
-
-
-def _edge_order(extent: Float64[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-    """Pack the axes from longest to shortest edge as ``first + 4 * second + 16 * third``; ties keep x, y, z.
-
-    Edges that are equal to the centimetre tie: the skin of a carton must not turn its board.
-    """
-    order = np.argsort(-np.round(extent, 2), axis=1, kind="stable")
-    return order @ np.array([1, 4, 16])
 
 
 def _picture_frame(low: Float64[np.ndarray, "n 3"], high: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 4"]:
@@ -239,12 +205,3 @@ def _picture_frame(low: Float64[np.ndarray, "n 3"], high: Float64[np.ndarray, "n
     axes = np.stack([3 - facing - up, up], axis=1)
     start, end = (np.take_along_axis(side, axes, axis=1) for side in (low, high))
     return np.concatenate([start, 1.0 / np.maximum(end - start, 1e-6)], axis=1)
-
-
-def _texture_shift(ids: Int[np.ndarray, " n"], numbers: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 2"]:
-    """Return where in its texture each part starts, so that no two boards show the same grain.
-
-    The R2 low-discrepancy sequence (Roberts 2018) over object and part number.
-    """
-    step = np.array([0.7548776662466927, 0.5698402909980532])
-    return (((ids * 131 + numbers)[:, None] * step) % 1.0).astype(np.float32)

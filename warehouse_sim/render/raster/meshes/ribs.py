@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.schema import SceneSpec
 
 _ALIKE = 1e-4
 """Lengths (m) that differ by less are the same."""
@@ -41,6 +42,14 @@ def ribs_of(mesh: TriangleMesh) -> Ribs | None:
     if mesh not in _known:
         _known[mesh] = _find(mesh)
     return _known[mesh]
+
+
+def ribbed_materials(scene: SceneSpec) -> frozenset[str]:
+    """Return the names of the materials that ribbed sheets of ``scene`` are made of."""
+    sheets = {
+        name: [part for part in model.parts if ribs_of(part.mesh) is not None] for name, model in scene.models.items()
+    }
+    return frozenset(item.material_of(part) for item in scene.instances for part in sheets[item.model])
 
 
 def _find(mesh: TriangleMesh) -> Ribs | None:

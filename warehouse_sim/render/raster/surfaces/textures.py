@@ -1,7 +1,6 @@
 """Textures and pictures on the graphics device: each set in one layer, so that a pixel needs one look-up."""
 
 from collections.abc import Iterable
-from pathlib import Path
 
 import cv2
 import moderngl
@@ -11,26 +10,59 @@ from jaxtyping import UInt8
 from warehouse_sim.catalog.pictures import HEIGHT_PX, WIDTH_PX, draw_picture
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.albedo import NO_CHANGE
-from warehouse_sim.resources import texture_folder
+from warehouse_sim.render.texture_set import NO_CHANGE, read_texture_set
 
 MAX_PICTURES = 512
 """Most pictures of a scene; each takes 1.1 MB with its mipmaps."""
 _LINEAR = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
-_CLEAR = np.zeros((1, 1, 1, 4), np.uint8)
 
 
-class PictureLibrary:
-    """An array texture of what the loaded scene shows; scenes that name the same pictures share it as it is.
+class ImageLayers:
+    """An array texture, an image in each layer, so that a pixel needs one look-up.
+
+    Args:
+        context: Where to upload to.
+        empty: The only layer (1, h, w, 4) as long as there is no other.
+        repeats: Whether images are laid on like tiles.
+    """
+
+    def __init__(self, context: moderngl.Context, empty: UInt8[np.ndarray, "1 h w 4"], repeats: bool) -> None:
+        self._context, self._empty, self._repeats = context, empty, repeats
+        self._layers: dict[str, UInt8[np.ndarray, "h w 4"]] = {}
+        self.array = self._upload()
+
+    def release(self) -> None:
+        """Free the device memory."""
+        self.array.release()
+
+    def _replace(self, layers: dict[str, UInt8[np.ndarray, "h w 4"]]) -> None:
+        self._layers = layers
+        self.array.release()
+        self.array = self._upload()
+
+    def _numbers(self, names: Iterable[str]) -> dict[str, int]:
+        numbers = {name: number for number, name in enumerate(self._layers)}
+        return {name: numbers[name] for name in names}
+
+    def _upload(self) -> moderngl.TextureArray:
+        layers = np.stack([*self._layers.values()]) if self._layers else self._empty
+        size = layers.shape[2], layers.shape[1], layers.shape[0]
+        array = self._context.texture_array(size, 4, layers.tobytes())
+        array.build_mipmaps()
+        array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        array.repeat_x = array.repeat_y = self._repeats
+        return array
+
+
+class PictureLibrary(ImageLayers):
+    """What the loaded scene shows; scenes that name the same pictures share it as it is.
 
     A texel holds linear albedo, multiplied by the cover of the picture, and that cover: means of texels are right.
     Eight bits are coarse for dark ink, by 0.002 of albedo, which is not seen beside paper.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
-        self._context = context
-        self._layers: dict[str, np.ndarray] = {}
-        self.array = self._upload()
+        super().__init__(context, np.zeros((1, 1, 1, 4), np.uint8), repeats=False)
 
     def require(self, names: Iterable[str]) -> dict[str, int]:
         """Return the layer of each of ``names``; pictures that are not among them go when a new one comes.
@@ -43,24 +75,8 @@ class PictureLibrary:
         if len(wanted) > MAX_PICTURES:
             raise RenderError(f"{len(wanted)} pictures in a scene; the raster backend renders at most {MAX_PICTURES}")
         if not self._layers.keys() >= set(wanted):
-            self._layers = {name: self._layers.get(name, _texels(name)) for name in wanted}
-            self.array.release()
-            self.array = self._upload()
-        numbers = {name: number for number, name in enumerate(self._layers)}
-        return {name: numbers[name] for name in wanted}
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self.array.release()
-
-    def _upload(self) -> moderngl.TextureArray:
-        layers = np.stack([*self._layers.values()]) if self._layers else _CLEAR
-        size = layers.shape[2], layers.shape[1], layers.shape[0]
-        array = self._context.texture_array(size, 4, layers.tobytes())
-        array.build_mipmaps()
-        array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        array.repeat_x = array.repeat_y = False
-        return array
+            self._replace({name: self._layers.get(name, _texels(name)) for name in wanted})
+        return self._numbers(wanted)
 
 
 def _texels(name: str) -> UInt8[np.ndarray, "h w 4"]:
@@ -76,17 +92,15 @@ TEXTURE_EDGE_PX = 1024
 """Edge of every texture on the device; files of another size are resampled to it."""
 
 
-class TextureLibrary:
-    """An array texture that grows when a scene names a set that is not yet there; layers never move.
+class TextureLibrary(ImageLayers):
+    """Texture sets; grows when a scene names one that is not yet there, and layers never move.
 
     A texel holds, in this order: the factor on the albedo, the normal along u and along v, the factor on the roughness;
     128 is no change and no tilt.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
-        self._context = context
-        self._layers: dict[str, np.ndarray] = {}
-        self.array = self._upload()
+        super().__init__(context, np.full((1, 1, 1, 4), NO_CHANGE, np.uint8), repeats=True)
 
     def require(self, names: Iterable[str]) -> dict[str, int]:
         """Return the layer of each of ``names``, reading those that are new.
@@ -95,55 +109,30 @@ class TextureLibrary:
             RenderError: A texture is not shipped, or is no image.
         """
         wanted = sorted(set(names))
-        new = {name: load_texture_set(name) for name in wanted if name not in self._layers}
+        new = {name: _texture_texels(name) for name in wanted if name not in self._layers}
         if new:
-            self._layers |= new
-            self.array.release()
-            self.array = self._upload()
-        numbers = {name: number for number, name in enumerate(self._layers)}
-        return {name: numbers[name] for name in wanted}
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self.array.release()
-
-    def _upload(self) -> moderngl.TextureArray:
-        layers = np.stack([*self._layers.values()]) if self._layers else np.full((1, 1, 1, 4), NO_CHANGE, np.uint8)
-        size = layers.shape[2], layers.shape[1], layers.shape[0]
-        array = self._context.texture_array(size, 4, layers.tobytes())
-        array.build_mipmaps()
-        array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        return array
+            self._replace(self._layers | new)
+        return self._numbers(wanted)
 
 
-def load_texture_set(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
-    """Read a texture set's folder: ``albedo.png``, and ``normal.png`` and ``roughness.png`` where they exist.
-
-    Raises:
-        RenderError: The albedo is missing, or a file is no image.
-    """
-    folder = texture_folder(name)
-    if not (folder / "albedo.png").is_file():
-        known = ", ".join(sorted(item.name for item in folder.parent.glob("*") if item.is_dir())) or "(none)"
-        raise RenderError(f"texture {name!r}: {folder / 'albedo.png'} does not exist; textures there: {known}")
+def _texture_texels(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
+    """Return a texture set as the device holds it."""
+    images = read_texture_set(name)
     texels = np.full((TEXTURE_EDGE_PX, TEXTURE_EDGE_PX, 4), NO_CHANGE, np.uint8)
-    texels[..., 0] = _read(name, folder / "albedo.png", cv2.IMREAD_GRAYSCALE)
-    if (folder / "normal.png").is_file():
-        blue_green_red = _read(name, folder / "normal.png", cv2.IMREAD_COLOR)
-        texels[..., 1] = blue_green_red[..., 2]
+    texels[..., 0] = _resized(images.albedo)
+    if images.normal is not None:
+        normal = _resized(images.normal)
+        texels[..., 1] = normal[..., 0]
         # In the file y points up the image, on the device v grows with the rows, downwards.
-        texels[..., 2] = np.clip(256 - blue_green_red[..., 1].astype(int), 0, 255)
-    if (folder / "roughness.png").is_file():
-        texels[..., 3] = _read(name, folder / "roughness.png", cv2.IMREAD_GRAYSCALE)
+        texels[..., 2] = np.clip(256 - normal[..., 1].astype(int), 0, 255)
+    if images.roughness is not None:
+        texels[..., 3] = _resized(images.roughness)
     return texels
 
 
-def _read(name: str, path: Path, mode: int) -> np.ndarray:
-    image = cv2.imread(str(path), mode)
-    if image is None:
-        raise RenderError(f"texture {name!r}: {path} is not a readable image; bake the assets again")
-    if image.shape[:2] != (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX):
-        # Each texel of a small one becomes equal ones: its mipmaps stay, and nothing blends at its edges.
-        way = cv2.INTER_AREA if min(image.shape[:2]) >= TEXTURE_EDGE_PX else cv2.INTER_NEAREST
-        image = cv2.resize(image, (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX), interpolation=way)
-    return image
+def _resized(image: UInt8[np.ndarray, "h w *c"]) -> UInt8[np.ndarray, "1024 1024 *c"]:
+    if image.shape[:2] == (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX):
+        return image
+    # Each texel of a small one becomes equal ones: its mipmaps stay, and nothing blends at its edges.
+    way = cv2.INTER_AREA if min(image.shape[:2]) >= TEXTURE_EDGE_PX else cv2.INTER_NEAREST
+    return cv2.resize(image, (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX), interpolation=way)

@@ -1,0 +1,85 @@
+"""How textures and pictures lie on parts; for backends that know textures only, pictures with the colour behind them.
+
+All of it is that of the raster backend's ``box_projection.glsl`` and ``picture.vert.glsl``; under a picture the detail
+texture is left out.
+"""
+
+import numpy as np
+from jaxtyping import Float, Float32, Int
+
+from warehouse_sim.catalog.pictures import draw_picture
+from warehouse_sim.color import linear_from_srgb
+from warehouse_sim.schema import Material
+
+_CORNER = 0.003
+"""Place in the picture that faces without one show: paper, or bare board."""
+
+
+def edge_order(extent: Float[np.ndarray, "*p 3"]) -> Int[np.ndarray, "*p 3"]:
+    """Return the axes from the longest edge (m) to the shortest; ties keep x, y, z.
+
+    Edges that are equal to the centimetre tie: the skin of a carton must not turn its board.
+    """
+    return np.argsort(-np.round(extent, 2), axis=-1, kind="stable")
+
+
+def texture_shift(instance_ids: Int[np.ndarray, "*p"], numbers: Int[np.ndarray, "*p"]) -> Float[np.ndarray, "*p 2"]:
+    """Return where in its tile each part starts, so that no two boards show the same grain.
+
+    The R2 low-discrepancy sequence (Roberts 2018) over object and part number.
+    """
+    step = np.array([0.7548776662466927, 0.5698402909980532])
+    return (np.asarray(instance_ids * 131 + numbers)[..., None] * step) % 1.0
+
+
+def box_projection(
+    metres: Float[np.ndarray, "*c 3"], normals: Float[np.ndarray, "*#c 3"], order: Int[np.ndarray, "*#c 3"]
+) -> Float[np.ndarray, "*c 2"]:
+    """Return how far along u and v (m) each corner lies: on the axis that its face looks at most, x before y before z.
+
+    Args:
+        metres: Corners in the frame of their part (m).
+        normals: Unit normals of their faces in that frame.
+        order: ``edge_order`` of the part; u runs along its longest edge.
+    """
+    facing = np.abs(normals).argmax(axis=-1)
+    u = np.where(order[..., 0] == facing, order[..., 1], order[..., 0])
+    v = 3 - u - facing
+    handed = np.where((u + 1) % 3 == v, 1.0, -1.0)
+    towards = np.take_along_axis(normals, facing[..., None], axis=-1)[..., 0]
+    along_u, along_v = (np.take_along_axis(metres, axis[..., None], axis=-1)[..., 0] for axis in (u, v))
+    return np.stack([along_u, along_v * np.where(towards < 0, -handed, handed)], axis=-1)
+
+
+def picture_coordinates(
+    metres: Float[np.ndarray, "*c 3"], normals: Float[np.ndarray, "*c 3"]
+) -> Float[np.ndarray, "*c 2"]:
+    """Return u to the right and v downwards, 0-1 over the largest faces of one part, of each corner.
+
+    Args:
+        metres: Corners in the part's own frame (m).
+        normals: Unit normals of their faces there.
+    """
+    flat = metres.reshape(-1, 3)
+    low, extent = flat.min(axis=0), np.ptp(flat, axis=0)
+    facing = int(np.argmin(extent))
+    up = 1 if facing == 2 else 2
+    across = 3 - facing - up
+    at = (metres - low) / np.maximum(extent, 1e-6)
+    mirrored = (normals[..., facing] < 0.0) != (facing == 1)
+    laid = np.stack([np.where(mirrored, 1.0 - at[..., across], at[..., across]), 1.0 - at[..., up]], axis=-1)
+    return np.where((np.abs(normals[..., facing]) > 0.7)[..., None], laid, _CORNER)
+
+
+def picture_albedo(material: Material) -> Float32[np.ndarray, "h w 3"]:
+    """Return the linear albedo of ``material`` under its picture; row 0 is the picture's upper edge.
+
+    Raises:
+        ValueError: It has no picture.
+    """
+    if material.picture is None:
+        raise ValueError(f"material {material.name!r} has no picture")
+    image = draw_picture(material.picture)
+    cover = image[..., 3:].astype(np.float32) / 255.0
+    ink = linear_from_srgb(image[..., :3] / 255.0).astype(np.float32)
+    return np.array(material.base_color, np.float32) * (1.0 - cover) + ink * cover
