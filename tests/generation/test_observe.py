@@ -17,7 +17,7 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
-from warehouse_sim.sensors.rgbd import RgbdCamera, RgbdConfig
+from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
 from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
 from warehouse_sim.sensors.rig import FurtherSensor, Mount, SensorChoice
@@ -92,7 +92,7 @@ def test_a_sensor_of_another_kind_reads_at_its_own_place_and_disturbs_no_other(
 def test_a_further_camera_sees_what_the_second_of_a_pair_sees_from_the_same_place(
     scene: SceneSpec, renderer: Renderer
 ) -> None:
-    low = FurtherSensor("rgbd", RgbdCamera(IDEAL), Mount(left=-0.3))
+    low = FurtherSensor("rgbd", IDEAL, Mount(left=-0.3))
     rig = replace(load_recipe("smoke").sensors, right=StereoConfig(baseline=0.3, matching=None), more={"low": low})
     seen = next(observe_scene(scene, rig, renderer))
     assert seen.stereo is not None

@@ -9,13 +9,6 @@ def test_focal_constructor_centres_between_pixel_centres() -> None:
     assert (camera.cx, camera.cy) == (611.5, 184.5)
 
 
-def test_unproject_then_project_returns_integer_pixel_centres() -> None:
-    camera = PinholeCamera(7, 5, 10.0, 11.0, 2.2, 3.3)
-    depth = np.random.default_rng(0).uniform(1, 5, size=(5, 7))
-    u, v = np.meshgrid(np.arange(7), np.arange(5))
-    np.testing.assert_allclose(camera.project(camera.unproject(depth)), np.stack([u, v], -1), atol=1e-12)
-
-
 def test_crop_keeps_points_on_the_same_place() -> None:
     camera = PinholeCamera.from_focal(100, 60, 50.0)
     point = np.array([0.3, -0.1, 2.0])

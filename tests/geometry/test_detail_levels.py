@@ -81,10 +81,3 @@ def test_both_sides_of_a_sheet_stay_exactly_where_they_are() -> None:
 )
 def test_round_and_compact_things_keep_every_face(mesh: TriangleMesh) -> None:
     assert [level.error for level in detail_levels(mesh)] == [0.0]
-
-
-def test_levels_are_the_same_each_time() -> None:
-    first, second = detail_levels(artwork()), detail_levels(artwork())
-    assert [level.error for level in first] == [level.error for level in second]
-    for a, b in zip(first, second, strict=True):
-        assert np.array_equal(a.mesh.faces, b.mesh.faces)

@@ -16,23 +16,6 @@ def camera_with(lens: Distortion) -> PinholeCamera:
     return PinholeCamera(160, 90, 125.0, 123.0, 81.3, 43.8, lens)
 
 
-@LENSES
-def test_points_are_shown_where_opencv_shows_them(lens: Distortion) -> None:
-    camera = camera_with(lens)
-    points = camera.rays().reshape(-1, 3) * np.random.default_rng(0).uniform(1, 9, size=(160 * 90, 1))
-    expected, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.K, np.array(lens.coefficients))
-    np.testing.assert_allclose(camera.project(points), expected[:, 0], atol=1e-9)
-
-
-@LENSES
-def test_rays_lead_back_to_their_pixels(lens: Distortion) -> None:
-    camera = camera_with(lens)
-    u, v = np.meshgrid(np.arange(160), np.arange(90))
-    np.testing.assert_allclose(camera.project(camera.rays()), np.stack([u, v], axis=-1), atol=1e-9)
-    between = np.random.default_rng(1).uniform((-0.5, -0.5), (159.5, 89.5), size=(500, 2))
-    np.testing.assert_allclose(camera.project(camera.rays_at(*between.T)), between, atol=1e-9)
-
-
 def test_rays_of_pixels_are_looked_up_and_equal_those_that_are_computed() -> None:
     camera = camera_with(BARREL)
     u, v = np.array([0, 17, 159, 80]), np.array([0, 89, 89, 44])

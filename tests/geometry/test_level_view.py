@@ -5,7 +5,7 @@ import pytest
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.geometry.level_view import is_level, level_view, levelled, reach
+from warehouse_sim.geometry.level_view import level_view, levelled, reach
 from warehouse_sim.geometry.pose import level_camera
 
 KITTI = PinholeCamera.from_focal(1224, 370, 721.5377)
@@ -44,15 +44,6 @@ def test_no_row_or_column_is_to_spare(camera: PinholeCamera) -> None:
     np.testing.assert_allclose(low, -0.5, atol=2e-2)
     assert (np.array([level.width, level.height]) - 0.5 - high < 1.02).all()
     assert (np.array([level.width, level.height]) - 0.5 - high > -1e-6).all()
-
-
-def test_place_heading_and_focal_length_are_kept() -> None:
-    T = pose(-25.0, 2.0, yaw=2.5)
-    level, T_level = level_view(KITTI, T)
-    assert is_level(T_level)
-    np.testing.assert_array_equal(T_level[:3, 3], T[:3, 3])
-    assert np.arctan2(T_level[1, 2], T_level[0, 2]) == pytest.approx(2.5, abs=1e-12)
-    assert (level.fx, level.fy) == (KITTI.fx, KITTI.fy)
 
 
 def test_a_level_pinhole_is_its_own_level_view_but_a_lens_is_taken_off() -> None:

@@ -44,7 +44,3 @@ def test_diameter_is_that_of_every_pair(shape: str, count: int) -> None:
         points[:, 1:] = 3.0
     every = ((points[:, None] - points[None]) ** 2).sum(axis=-1)
     assert diameter(points) == float(np.sqrt(every.max()))  # to the last bit: datasets store it
-
-
-def test_diameter_of_a_box_is_its_diagonal() -> None:
-    assert diameter(unit_box().vertices * [1.2, 0.8, 0.144]) == pytest.approx(np.sqrt(1.44 + 0.64 + 0.144**2))

@@ -25,12 +25,6 @@ def test_grid_box_is_the_same_solid(spacing: float) -> None:
     assert edge_lengths(mesh).max() <= spacing * np.sqrt(2) + 1e-12 or spacing > size.max()
 
 
-def test_grid_box_counts() -> None:
-    # 3 x 2 x 1 cells: 4 * 3 * 2 lattice points, none of them inside.
-    mesh = grid_box(np.array([3.0, 2.0, 1.0]), 1.0)
-    assert (len(mesh.vertices), len(mesh.faces)) == (24, 2 * 2 * (6 + 2 + 3))
-
-
 @pytest.mark.parametrize("longest", [0.7, 0.2, 0.09])
 def test_split_long_edges_keeps_the_solid(longest: float) -> None:
     box = TriangleMesh(unit_box().vertices * [1.3, 0.4, 0.1], unit_box().faces)
@@ -40,9 +34,3 @@ def test_split_long_edges_keeps_the_solid(longest: float) -> None:
     assert solid.is_watertight
     assert solid.volume == pytest.approx(1.3 * 0.4 * 0.1, rel=1e-12)
     assert solid.area == pytest.approx(box.face_areas().sum(), rel=1e-12)
-
-
-def test_split_long_edges_leaves_short_ones_alone() -> None:
-    mesh = split_long_edges(unit_box(), 2.0)
-    assert len(mesh.vertices) == 8
-    assert len(mesh.faces) == 12

@@ -82,9 +82,3 @@ def test_distance_to_a_point_and_lines_of_sight() -> None:
     eye = np.array([-3.0, 0.0, 0.0])
     points = np.array([[3.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [3.0, 5.0, 0.0], [-3.0, 4.0, 0.0]])
     np.testing.assert_array_equal(stack.block(eye, points), [True, False, False, False])
-
-
-def test_no_boxes_are_clear_of_everything() -> None:
-    empty = BoxStack.of([])
-    assert empty.clear_of(box((1, 1, 1), (0, 0, 0)), 0.1)
-    assert not empty.block(np.zeros(3), np.ones((2, 3))).any()

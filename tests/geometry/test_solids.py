@@ -58,11 +58,6 @@ def test_quarter_turns_leave_a_round_solid_unchanged_without_rounding() -> None:
     assert {(-y, x, z) for x, y, z in points} == points
 
 
-def test_equal_solids_are_one_mesh() -> None:
-    assert unit_cylinder(32) is unit_cylinder(32)
-    assert prism(L_SHAPE, 2.0) is prism(L_SHAPE, 2.0)
-
-
 def test_impossible_solids_are_rejected() -> None:
     with pytest.raises(ValueError, match="multiple of 4"):
         unit_cylinder(10)

@@ -36,7 +36,7 @@ _FRACTION = re.compile(
 # Without any of these there is no image, no rack, no truck: zero means nothing.
 _NEVER_ZERO = re.compile(
     r"^(width|focal_px|bays|lanes|doors|segments|scenes|observations_per_scene|aisle_width|bay_width|lane_width|pallet_width"
-    r"|pallets_per_bay|stack_pitch|baseline|turns_per_second|every_nth_beam|f_number|scale|fx|fy|depth_scale|diameter"
+    r"|pallets_per_bay|stack_pitch|baseline|turns_per_second|every_nth_beam|scale|fx|fy|depth_scale|diameter"
     r"|max_time|obj_id|size|size_[xyz]|side_px|batch)$"
 )
 _FREE_TEXT = re.compile(r"^(description|name|class_name|version|torch|device|sha256)$")

@@ -13,7 +13,6 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.conformance.subject import cast_image
-from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(160, 100, 95.0)
@@ -136,15 +135,6 @@ def test_another_light_needs_no_other_scene(denoising: Any, wall: SceneSpec) -> 
     with open_pathtracer(samples=16, denoise=True) as overwrite:
         overwrite.load(darker)
         assert np.array_equal(overwrite.render(CAMERA, T).rgb, second)
-
-
-def test_a_black_image_stays_black(denoising: Any, wall: SceneSpec) -> None:
-    denoising.load(replace(wall, lights=(), ambient=0.0))
-    assert to_display(denoising.luminance(CAMERA, wall.viewpoints[0].T_world_camera)).max() == 0
-
-
-def test_the_description_says_who_denoised(denoising: Any) -> None:
-    assert "16 paths a pixel, denoised by Open Image Denoise 2." in denoising.description
 
 
 def test_without_its_package_one_line_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:

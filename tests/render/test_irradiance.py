@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.render.coarse_scene import returned_fraction
-from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import AXES, FieldLevel, LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import GROUND, direct_irradiance
@@ -84,21 +84,6 @@ def test_the_open_sky_gives_what_the_scene_says() -> None:
     values = field_of(scene).irradiance[..., 1].mean(axis=(0, 1, 2))
     for axis, expected in zip(AXES, (0.65, 0.65, 1.0, 0.65, 0.65, GROUND), strict=True):
         assert values[np.flatnonzero((axis == AXES).all(axis=1))[0]] == pytest.approx(200.0 * expected, rel=0.02)
-
-
-def test_what_a_floor_returns_has_its_colour() -> None:
-    """A light over an endless red floor: a surface that looks down sees red, and one that looks up nothing."""
-    paint = {**MATERIALS, "concrete": Material("concrete", (0.5, 0.1, 0.02), 1.0)}
-    light = replace(spot((0.0, 0.0, 3.0)), cone_inner=0.9, cone_outer=1.1)
-    scene = make_scene([FLOOR], [("floor", at(0, 0, -0.05))], [light], materials=paint, ambient=0.0)
-    field = field_of(scene)
-    down, up = field.irradiance[..., 5, :], field.irradiance[..., 2, :]
-    assert down[..., 0].max() > 20.0
-    lit = down[..., 0] > 0.1
-    assert lit.mean() > 0.5
-    red, green, _ = returned_fraction(paint["concrete"])
-    np.testing.assert_allclose(down[lit][:, 1] / down[lit][:, 0], green / red, rtol=1e-3)
-    assert (up == 0.0).all()
 
 
 def test_points_inside_things_are_not_trusted_and_borrow_from_outside() -> None:

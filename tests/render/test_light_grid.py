@@ -11,15 +11,6 @@ from warehouse_sim.render.light_grid import CoarseScene, lay_grid, sphere_direct
 from warehouse_sim.schema import Material, SceneSpec
 
 
-def test_directions_are_unit_and_spread_evenly() -> None:
-    rays = sphere_directions(64)
-    np.testing.assert_allclose(np.linalg.norm(rays, axis=1), 1.0, atol=1e-6)
-    assert np.abs(rays.mean(axis=0)).max() < 0.01
-    np.testing.assert_allclose(rays.T @ rays / 64, np.eye(3) / 3, atol=0.01)
-    nearest = np.sort(rays @ rays.T, axis=1)[:, -2]
-    assert np.degrees(np.arccos(nearest)).min() > 15.0
-
-
 def test_points_lie_around_what_is_seen_and_rays_end_on_the_nearest_outer_face(wall: SceneSpec) -> None:
     grid = lay_grid(wall)
     fine = grid.levels[0]

@@ -40,16 +40,6 @@ def test_many_scenes_and_views_need_no_more_memory_than_a_few() -> None:
     assert max(used[48:]) - max(used[20:32]) < 12.0
 
 
-def test_two_image_sizes_in_turn_need_no_more_memory(renderer: Renderer) -> None:
-    scene = rack_wall(bays=1)
-    renderer.load(scene)
-    T, used = scene.viewpoints[0].T_world_camera, []
-    for number in range(30):
-        renderer.render((SMALL, SMALL.crop(0, 0, 300, 90))[number % 2], T)
-        used.append(resident_mib())
-    assert max(used[20:]) - max(used[8:14]) < 6.0
-
-
 def test_renderers_opened_and_closed_leave_nothing_behind() -> None:
     scene, used = rack_wall(bays=1, levels=1), []
     for _ in range(8):

@@ -19,12 +19,3 @@ def test_cells_keep_their_size_and_never_overlap_or_leave_the_page() -> None:
             taken[cell.row : cell.row + cell.height, cell.column : cell.column + cell.width] += 1
         assert taken.max() == 1
     assert sorted(number for page in pages for number, _ in page) == list(range(200))
-
-
-def test_a_cell_as_large_as_the_page_has_a_page_of_its_own() -> None:
-    pages = pack([(0, Cell(0, 0, 200, 100)), (1, Cell(0, 0, 1, 1))], (200, 100))
-    assert [[number for number, _ in page] for page in pages] == [[0], [1]]
-
-
-def test_nothing_needs_no_page() -> None:
-    assert pack([], (10, 10)) == []

@@ -4,11 +4,7 @@ import pytest
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raster.projection import (
     NEAR,
-    WINDOW_PX,
-    image_origin,
     projected_bounds,
-    window_intrinsics,
-    window_viewport,
 )
 
 CAMERA = PinholeCamera(320, 240, 300.0, 280.0, 150.0, 130.0)
@@ -19,16 +15,6 @@ def bounds_of(centre: tuple[float, float, float], half: tuple[float, float, floa
     return projected_bounds(
         CAMERA, np.eye(3)[None], np.array([centre]), np.zeros((1, 3)), one[:, None] * np.array([half])
     )
-
-
-def test_pixel_centres_lie_half_a_pixel_into_the_target() -> None:
-    assert window_intrinsics(CAMERA) == (300.0, 280.0, 150.5, 130.5)
-
-
-def test_the_viewport_puts_the_first_pixel_where_the_origin_says() -> None:
-    left, bottom, width, height = window_viewport((320, 240))
-    assert (width, height) == (WINDOW_PX, WINDOW_PX)
-    assert image_origin((320, 240)) == (-left, -bottom) == (8032, 8072)
 
 
 def test_bounds_of_a_box_ahead_are_those_of_its_near_face() -> None:

@@ -1,5 +1,8 @@
 """Flat targets, edges and corners in closed form, as a renderer would give them."""
 
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -50,3 +53,9 @@ def capture_of(
     images = (np.full(size, value, np.float32) for value in (remission, roughness, metallic))
     nothing = Reflected(np.zeros(size, np.float32), np.zeros(size, np.float32), np.ones(size, np.float32))
     return Capture(camera, surfaces=Surfaces(*images, reflected=nothing))
+
+
+def with_constants(model: Any, **values: float) -> Any:
+    """Return a sensor's settings as of a class that has other constants, to see one effect without the others."""
+    kind = type(type(model).__name__, (type(model),), values)
+    return kind(**{item.name: getattr(model, item.name) for item in fields(model)})

@@ -2,18 +2,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.sensors.targets import CAMERA, plane, step
+from tests.sensors.targets import CAMERA, plane
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.rgbd.color.camera import vignetting_factor
-from warehouse_sim.sensors.rgbd.depth.flight.multipath import multipath_bias
 from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import cosine_of_view
 from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow
 from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces
 
 LENS = replace(CAMERA, distortion=Distortion(k1=-0.3, k2=0.1, p1=0.002, p2=-0.001))
-NEARLY_NONE = replace(CAMERA, distortion=Distortion(k1=1e-9))
 
 
 def test_angles_are_those_of_the_lens() -> None:
@@ -26,21 +24,6 @@ def test_angles_are_those_of_the_lens() -> None:
     normal = seen.normals[0, 0].astype(float)
     np.testing.assert_allclose(facing_cosine(seen.normals, LENS), np.abs(rays @ normal) / length, atol=1e-6)
     np.testing.assert_allclose(vignetting_factor(LENS, 1.0)[..., 0], length**-4.0, atol=1e-6)
-
-
-def test_a_lens_that_does_nothing_gives_what_a_pinhole_gives() -> None:
-    seen = plane(2.0, 30.0)
-    white = np.full(seen.depth.shape, 0.8, np.float32)
-    assert seen.normals is not None
-    np.testing.assert_allclose(
-        multipath_bias(seen.depth, seen.normals, white, NEARLY_NONE),
-        multipath_bias(seen.depth, seen.normals, white, CAMERA),
-        atol=1e-6,
-    )
-    disparity = 40.0 / step(1.0, 2.0, slice(120, 180)).depth
-    shadows = [baseline_shadow(disparity, camera) for camera in (NEARLY_NONE, CAMERA)]
-    assert shadows[1].mean() > 0.1
-    assert (shadows[0] == shadows[1]).mean() > 0.995
 
 
 def test_the_shadow_of_a_board_behind_a_lens_is_what_rays_to_the_second_eye_do_not_reach() -> None:

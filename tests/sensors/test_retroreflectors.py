@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sensors.targets import capture_of, plane
+from tests.sensors.targets import capture_of, plane, with_constants
 from warehouse_sim.schema.things import RETROREFLECTIVE
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.reflections import returned_by_retroreflectors
@@ -61,7 +61,7 @@ def test_a_flooded_pixel_of_a_time_of_flight_camera_reaches_beyond_the_band() ->
 
 
 def test_a_band_that_is_too_far_to_flood_a_pixel_is_read() -> None:
-    model = replace(PRESETS["flexx2"], max_range=7.0, max_signal=1e5)
+    model = with_constants(replace(PRESETS["flexx2"], max_range=7.0), max_signal=1e5)
     assert (read(model, banded())[:, 105:125] > 0).all()
 
 

@@ -3,7 +3,7 @@
 from warehouse_sim.registry import Registry
 
 SENSORS = Registry("sensor")
-SENSORS.add("rgbd", "warehouse_sim.sensors.rgbd:RgbdCamera")
+SENSORS.add("rgbd", "warehouse_sim.sensors.rgbd:RgbdConfig")
 SENSORS.add("lidar", "warehouse_sim.sensors.lidar:Lidar")
 SENSORS.add("imu", "warehouse_sim.sensors.imu:Imu")
 SENSORS.add("stereo", "warehouse_sim.sensors.stereo:StereoCamera")

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye
@@ -163,14 +162,6 @@ def test_an_image_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRender
     # The first dark pixel begins half a pixel left of its centre.
     assert abs((np.array(by_colour) - 0.5 - expected).mean()) < 0.1
     assert abs((by_ids - 0.5 - expected).mean()) < 0.1
-
-
-def test_backends_alone_reject_a_lens(renderer: Renderer, wall: SceneSpec) -> None:
-    renderer.load(wall)
-    with pytest.raises(RenderError, match="LensRenderer"):
-        renderer.render(BARREL, np.eye(4))
-    with pytest.raises(RenderError, match="LensRenderer"):
-        renderer.amodal_masks(BARREL, np.eye(4), wall.instances[:1])
 
 
 def test_a_camera_without_a_lens_is_passed_on(behind_lens: LensRenderer, renderer: Renderer, wall: SceneSpec) -> None:

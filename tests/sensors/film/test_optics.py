@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import materials
 from warehouse_sim.schema import Material
 from warehouse_sim.sensors.film.optics import FilmOptics, layers_and_dye, pile_reflectance
 from warehouse_sim.sensors.film.sight import _slopes, wrinkled
@@ -80,13 +79,6 @@ def test_dye_takes_what_layers_do_not() -> None:
     clear = optics(Material("film", (0.9,) * 3, remission=0.8, opacity=1 - 0.87**5))
     assert black.passed[0, -1] == pytest.approx(clear.passed[0, -1] * 0.15 / 0.87**5, rel=1e-4)
     assert black.diffuse[0, -1] < 0.1 < 0.5 < white.diffuse[0, -1]
-
-
-def test_each_film_of_the_catalog_passes_less_than_the_one_before() -> None:
-    known = materials()
-    films = [known[name] for name in ("stretch_film_thin", "stretch_film", "stretch_film_dense")]
-    passed = FilmOptics.of(tuple(films)).passed[:, -1]
-    np.testing.assert_allclose(passed, [0.923, 0.836, 0.731], atol=0.001)
 
 
 def test_wrinkles_stay_where_they_are_and_turn_with_the_film() -> None:

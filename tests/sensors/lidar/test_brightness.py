@@ -123,21 +123,6 @@ def test_a_smooth_floor_is_dim_where_it_is_seen_from_afar() -> None:
     assert far(0.9) == pytest.approx(0.35, rel=0.1)
 
 
-@pytest.mark.parametrize("name", LIDAR_PRESETS)
-def test_intensity_is_no_name_of_the_material(name: str) -> None:
-    config = replace(LIDAR_PRESETS[name], divergence_mrad=(0.0, 0.0))
-    scene = two_walls(replace(GREY, texture="concrete_worn"))
-    caster = RayCaster(scene)
-    finishes = finishes_of(scene, caster.materials, config.brightness, np.random.default_rng(7))
-    unit = LidarUnit.sample(config, np.random.default_rng(2))
-    result = scan(caster, config, at(0, 0, 0), np.random.default_rng(0), unit=unit, finishes=finishes)
-    full = 1.0 if config.intensity_scale == "linear" else 100 / 255
-    named = np.rint(255 * full * 0.5 * result.points[:, 0] / np.linalg.norm(result.points, axis=1))
-    assert (np.rint(result.intensity * 255) == named).mean() < 0.15
-    assert result.intensity.min() >= 0.0
-    assert result.intensity.max() <= 1.0
-
-
 def test_brightness_is_read_from_a_word_or_over_the_preset() -> None:
     assert LidarConfig.from_plain({"brightness": "even"}, "here").brightness == BrightnessConfig.even()
     found = LidarConfig.from_plain({"model": "vlp16", "brightness": {"speckle": 0.3}}, "here").brightness

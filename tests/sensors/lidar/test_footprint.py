@@ -56,13 +56,6 @@ def test_an_edge_beyond_the_pulse_gives_the_stronger_surface() -> None:
     assert len(between(raycaster, replace(QUIET, pulse_length=1.2), 1.0)) > 10
 
 
-def test_a_wider_beam_mixes_more() -> None:
-    raycaster = plate_and_wall(0.4)
-    narrow = len(between(raycaster, replace(QUIET, divergence_mrad=(1.0, 0.0)), 0.4))
-    wide = len(between(raycaster, replace(QUIET, divergence_mrad=(4.0, 0.0)), 0.4))
-    assert wide > 2.5 * narrow > 0
-
-
 def test_edges_above_and_below_count_as_well() -> None:
     """A plate below the horizon: only the vertical width meets its upper edge."""
     models = [box_model("plate", (0.02, 40, 2.0)), box_model("wall", (1, 80, 80))]

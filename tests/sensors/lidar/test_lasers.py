@@ -6,11 +6,6 @@ from warehouse_sim.sensors.lidar.lasers import LASERS
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
 
-def test_every_preset_has_lasers() -> None:
-    assert {config.model for config in LIDAR_PRESETS.values()} == set(LASERS)
-    assert all(LIDAR_PRESETS[name].model == name for name in LASERS)
-
-
 def test_the_hdl64e_spans_what_its_data_sheet_says_but_irregularly() -> None:
     lasers = LASERS["hdl64e"]()
     elevation = np.sort(np.degrees(lasers.elevation))[::-1]

@@ -1,13 +1,11 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from tests.sensors.targets import with_constants
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
 from warehouse_sim.sensors.lidar.receiver import (
     detection_probability,
     intensity,
-    quantised,
     range_sigma,
     relative_power,
 )
@@ -34,21 +32,10 @@ def test_half_of_the_pulses_come_back_at_the_published_range(name: str, remissio
 
 
 def test_detection_is_a_sigmoid_over_the_power() -> None:
-    config = replace(LidarConfig(), detection_width=0.2)
+    config = with_constants(LidarConfig(), detection_width=0.2)
     power = np.array([0.0, 0.6, 1.0, 1.4, 1000.0])
     expected = [1 / (1 + np.exp(5)), 1 / (1 + np.exp(2)), 0.5, 1 / (1 + np.exp(-2)), 1.0]
     np.testing.assert_allclose(detection_probability(power, config), expected)
-
-
-def test_power_falls_with_the_square_of_distance_and_with_extinction() -> None:
-    config = replace(LidarConfig(), extinction=0.01)
-    near, far = relative_power(np.array([0.4, 0.2]), np.array([10.0, 20.0]), config)
-    assert far / near == pytest.approx(0.5 / 4.0 * np.exp(-2 * 0.01 * 10))
-
-
-def test_without_a_dark_range_nothing_is_lost() -> None:
-    power = relative_power(np.array([1e-6]), np.array([1e4]), replace(LidarConfig(), dark_range=0.0))
-    assert detection_probability(power, LidarConfig()).tolist() == [1.0]
 
 
 @pytest.mark.parametrize("name", LIDAR_PRESETS)
@@ -77,12 +64,6 @@ def test_the_os1s_sigma_grows_as_its_data_sheet_says() -> None:
     assert sigma[0] == pytest.approx(0.015, rel=0.06)
     assert sigma[2] == pytest.approx(0.10, rel=0.02)
     assert 0.015 < sigma[1] < 0.03
-
-
-def test_distances_come_in_steps() -> None:
-    distance = np.float32([1.0009, 1.0011, 7.4999])
-    np.testing.assert_allclose(quantised(distance, 0.002), [1.0, 1.002, 7.5], atol=1e-6)
-    assert quantised(distance, 0.0) is distance
 
 
 def test_intensity_is_the_reflectance_in_8_bit() -> None:

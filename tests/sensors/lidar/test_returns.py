@@ -3,10 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tests.sensors.lidar.test_footprint import plate_and_wall
-from warehouse_sim.errors import ConfigError
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material
@@ -57,11 +55,6 @@ def test_the_last_and_the_second_strongest_echo_are_picked_by_hand() -> None:
     assert other.reflectance[[2, 3]].tolist() == [0.0, 0.0]
 
 
-def test_a_lidar_of_one_return_has_no_second() -> None:
-    with pytest.raises(ConfigError, match="here: returns must be strongest for os1_128"):
-        LidarConfig.from_plain({"model": "os1_128", "returns": "dual"}, "here")
-
-
 def shining(remission: float) -> RayCaster:
     """A small plate 5 m ahead of a wall at 10 m."""
     materials = {
@@ -88,11 +81,3 @@ def test_beams_beside_a_retroreflector_see_it_too() -> None:
     assert (halo[nameless]).all()
     assert nameless.sum() == len(near[1]) - len(near[0])
     assert with_bloom.intensity[nameless].min() < 0.9
-
-
-def test_blooming_wider_is_wider() -> None:
-    thin = replace(QUIET, divergence_mrad=(0.0, 0.0))
-    counts = [
-        (read(shining(2.0), replace(thin, bloom_deg=degrees)).instance_ids == 0).sum() for degrees in (0.2, 0.5, 1.0)
-    ]
-    assert 0 < counts[0] < counts[1] < counts[2]

@@ -4,27 +4,16 @@ import numpy as np
 import pytest
 
 from tests.sensors.targets import capture_of, corner
-from warehouse_sim.config import from_mapping
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
 
 
 @pytest.fixture
 def buffers() -> RenderBuffers:
     clean = corner(1.5, concave=True)
     return replace(clean, rgb=np.random.default_rng(0).integers(0, 256, clean.rgb.shape).astype(np.uint8))
-
-
-def test_an_ideal_camera_reads_the_ground_truth(buffers: RenderBuffers) -> None:
-    config = from_mapping(RgbdConfig, {"depth": {"model": "ideal"}, "color": "ideal"}, "here")
-    assert config == RgbdConfig(IdealDepth(), IDEAL_COLOR)
-    reading = read_rgbd(buffers, capture_of(), config, np.random.default_rng(0))
-    assert np.array_equal(reading.rgb, buffers.rgb)
-    assert np.array_equal(reading.depth, buffers.depth)
-    assert reading.depth.dtype == np.float32
 
 
 def test_the_reading_is_decided_by_the_stream(buffers: RenderBuffers) -> None:

@@ -12,12 +12,10 @@ from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_angle
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import MountedReading, Observation, RenderBuffers, RgbdReading, Viewpoint
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.rig import CalibrationConfig, CalibrationError, RigConfig
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)
 T_CAMERA_LIDAR = make_transform(np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]), np.array([0.0, -0.2, -0.3]))
-NOTHING = {"focal_fraction": 0, "center_px": 0, "lens_fraction": 0, "depth_fraction": 0, "angle_deg": 0, "place": 0}
 
 
 def error(T_sensor_nominal: np.ndarray | None = None, offset: float = 0.0, **more: object) -> CalibrationError:
@@ -74,14 +72,6 @@ def test_in_a_turn_it_is_the_yaw_of_that_time_and_standing_it_is_nothing() -> No
     assert np.array_equal(T_nominal, T_CAMERA_LIDAR)
 
 
-@pytest.mark.parametrize("yaw_rate", [0.0, 0.4])
-def test_motion_as_a_transform_is_the_motion_of_points(yaw_rate: float) -> None:
-    motion = EgoMotion(np.array([0.9, 0.4, 0.0]), yaw_rate, np.array([3.0, -1.0, 0.0]))
-    points = np.array([[1.0, 2.0, 0.5], [4.0, -3.0, 2.0]])
-    T = motion.transform(0.8)
-    np.testing.assert_allclose(points @ T[:3, :3].T + T[:3, 3], motion.moved(points, np.full(2, 0.8)), atol=2e-6)
-
-
 def test_the_stated_pose_is_the_true_one_off_by_the_sensors_own_error() -> None:
     T_error = make_transform(level_camera(np.zeros(3), 0.01, 0.02)[:3, :3], np.array([0.01, 0.02, -0.03]))
     view = Viewpoint(level_camera(np.array([0.0, 0, 1]), 0.0))
@@ -131,12 +121,3 @@ def test_it_is_off_by_default_and_comes_back_from_plain_data() -> None:
     assert from_mapping(RigConfig, to_mapping(rig), "here") == rig
     with pytest.raises(ConfigError, match="angle_deg must be 0-20 deg, found -1"):
         from_mapping(RigConfig, {"calibration": {"angle_deg": -1}}, "here")
-
-
-def test_without_spread_everything_is_stated_as_it_is() -> None:
-    sampled = CalibrationConfig(**NOTHING, time_ms=0).sample({"lidar": None}, partial(scene_rng, 0, 0))
-    assert (sampled.focal_factor, sampled.depth_factor, sampled.center_px) == (1.0, 1.0, (0.0, 0.0))
-    view = Viewpoint(level_camera(np.array([0.0, 0, 1]), 0.0), velocity=(1.0, 0.0, 0.0))
-    nominal = sampled.nominal(seen_from(view), view)
-    assert nominal.camera == CAMERA
-    np.testing.assert_allclose(nominal.T_camera_sensor["lidar"], T_CAMERA_LIDAR, atol=1e-15)

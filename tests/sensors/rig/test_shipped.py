@@ -6,17 +6,12 @@ import pytest
 from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.resources import data_folder, recipe_names
+from warehouse_sim.resources import data_folder
 from warehouse_sim.sensors.rig import RigConfig, rig_names
 
 
 def rig(data: dict) -> RigConfig:
     return RigConfig.from_plain(data, "here")
-
-
-def test_six_rigs_are_shipped_and_are_no_recipes() -> None:
-    assert rig_names() == ["amr", "dissertation", "forklift_forks", "forklift_mast", "kitti", "warehouse"]
-    assert not set(rig_names()) & set(recipe_names())
 
 
 @pytest.mark.parametrize("name", rig_names())

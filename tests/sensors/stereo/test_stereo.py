@@ -10,7 +10,6 @@ from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.stereo import (
     SgbmConfig,
     StereoConfig,
-    T_camera_right,
     gt_disparity,
     match_sgbm,
     read_stereo,
@@ -31,16 +30,6 @@ def textured(shift: float) -> np.ndarray:
 def test_disparity_is_focal_length_times_baseline_over_depth() -> None:
     depth = np.array([[0.0, 2.0, 8.0]], np.float32)
     np.testing.assert_allclose(gt_disparity(depth, 720.0, 0.5), [[0.0, 180.0, 45.0]])
-
-
-def test_it_is_the_difference_between_the_columns_in_which_a_point_appears() -> None:
-    config = StereoConfig(baseline=0.3)
-    point = np.array([0.4, 0.1, 5.0])
-    moved = point - T_camera_right(config)[:3, 3]
-    left, right = CAMERA.project(point), CAMERA.project(moved)
-    depth = np.full((1, 1), point[2], np.float32)
-    assert left[0] - right[0] == pytest.approx(float(gt_disparity(depth, CAMERA.fx, config.baseline)[0, 0]))
-    assert left[1] == right[1]
 
 
 def test_what_a_nearer_thing_hides_or_the_right_image_ends_before_is_not_in_both() -> None:

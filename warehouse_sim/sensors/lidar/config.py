@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import ceil
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown, suggestion
@@ -54,8 +54,8 @@ class LidarConfig:
     """Where a surface of 10 % remission, seen straight on, is detected every second time (m), 0-500; 0 = no dropout."""
     extinction: Annotated[float, Range(0, 1, "1/m")] = 0.00235
     """Coefficient a of exp(-2 a R) (1/m), 0-1; with ``dark_range`` it says how far bright surfaces are seen."""
-    detection_width: Annotated[float, Range(0.001, 10)] = 0.1
-    """Over which fraction of the power at the limit detection sets in, 0.001-10."""
+    detection_width: ClassVar[float] = 0.1
+    """Over which fraction of the power at the limit detection sets in."""
     divergence_mrad: Annotated[tuple[float, float], Range(0, 100, "mrad")] = (2.0, 2.0)
     """Full angle of the beam, horizontal and vertical (mrad), 0-100; 0 and 0 = infinitely thin."""
     pulse_length: Annotated[float, Range(0, 100, "m")] = 0.75

@@ -1,5 +1,5 @@
 """RGB-D cameras: a clean rendering becomes the colours and the depth that a real camera would give."""
 
-from warehouse_sim.sensors.rgbd.read import RgbdCamera, RgbdConfig, read_rgbd
+from warehouse_sim.sensors.rgbd.read import RgbdConfig, read_rgbd
 
-__all__ = ["RgbdCamera", "RgbdConfig", "read_rgbd"]
+__all__ = ["RgbdConfig", "read_rgbd"]

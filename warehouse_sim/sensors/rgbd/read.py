@@ -1,11 +1,10 @@
 """An RGB-D camera: what it reads where the clean image and depth are known."""
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.schema import RenderBuffers, RgbdReading
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
@@ -15,45 +14,26 @@ from warehouse_sim.sensors.view import SensorView
 
 @dataclass(frozen=True)
 class RgbdConfig:
-    """A depth camera and a colour camera that share their pixels."""
+    """The sensor ``rgbd``: a depth camera and a colour camera that share their pixels.
+
+    Image size, focal length and lens are those of the rig's camera.
+    """
+
+    is_camera: ClassVar[bool] = True
 
     depth: DepthModel = field(default_factory=QuadraticDepth, metadata={"from_plain": read_depth_model})
     """A preset's name (kinect_v1, d435, d455, flexx2, azure_kinect, tof_industrial), or model and settings."""
     color: ColorConfig = field(default_factory=ColorConfig)
     """Exposure, noise and lens; ``ideal`` = none."""
 
-
-@dataclass(frozen=True)
-class RgbdCamera:
-    """The sensor ``rgbd``: image size, focal length and lens are those of the rig's camera."""
-
-    is_camera: ClassVar[bool] = True
-
-    config: RgbdConfig = field(default_factory=RgbdConfig)
-    """Noise of colour and depth."""
-
-    @classmethod
-    def from_plain(cls, data: Any, where: str) -> "RgbdCamera":
-        """Read the settings of its noise.
-
-        Raises:
-            ConfigError: Unknown setting.
-        """
-        return cls(from_mapping(RgbdConfig, data, where))
-
-    def to_plain(self) -> dict[str, Any]:
-        """Return what ``from_plain`` reads back."""
-        plain: dict[str, Any] = to_mapping(self.config)
-        return plain
-
     def read(self, view: SensorView, rng: np.random.Generator) -> RgbdReading:
         """Return what the camera reads from where it is."""
-        depth, T_world_camera = self.config.depth, view.T_world_sensor
+        depth, T_world_camera = self.depth, view.T_world_sensor
         buffers = view.render(T_world_camera, normals=depth.needs_normals)
         surfaces = view.surfaces(T_world_camera, depth.needs_reflections) if depth.needs_surfaces else None
         film = view.film_before(T_world_camera) if depth.sees_film else None
         capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces, film)
-        return read_rgbd(buffers, capture, self.config, rng)
+        return read_rgbd(buffers, capture, self, rng)
 
 
 def read_rgbd(buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng: np.random.Generator) -> RgbdReading:

@@ -12,7 +12,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
 from warehouse_sim.sensors import SENSORS
-from warehouse_sim.sensors.imu import ImuConfig
+from warehouse_sim.sensors.imu import Imu
 from warehouse_sim.sensors.lidar import LidarConfig
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth.models import PRESETS as DEPTH_PRESETS
@@ -53,8 +53,8 @@ class RigConfig:
     """More LiDARs by name (small letters and digits)."""
     right: StereoConfig | None = None
     """The second camera; null = none."""
-    imu: ImuConfig | None = field(default_factory=ImuConfig)
-    """Bias and noise of the inertial unit in the camera; null = none."""
+    imu: Imu | None = field(default_factory=Imu)
+    """The inertial unit in the camera; null = none."""
     more: dict[str, FurtherSensor] = field(default_factory=dict)
     """Any other sensors by name: ``{sensor: REGISTERED, mount: {...}}`` and settings of that sensor."""
     calibration: CalibrationConfig | None = None
@@ -127,7 +127,7 @@ class RigConfig:
 
     def mounted(self) -> dict[str, MountedSensor]:
         """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""
-        found = {CAMERA: _mounted("rgbd", (self.rgbd,), Mount(), "rgbd")}
+        found = {CAMERA: MountedSensor("rgbd", self.rgbd, Mount(), "rgbd")}
         if self.lidar is not None:
             forward, left, up = self.lidar_position
             mount = self.lidar_mount or Mount("upright", forward, left, up)
@@ -138,7 +138,7 @@ class RigConfig:
             at_baseline = Mount(left=-self.right.baseline)
             found[RIGHT] = _mounted("stereo", (self.right, self.rgbd.color), at_baseline, "right")
         if self.imu is not None:
-            found[IMU] = _mounted("imu", (self.imu,), Mount(), "imu")
+            found[IMU] = MountedSensor("imu", self.imu, Mount(), "imu")
         for name, other in self.more.items():
             found[name] = MountedSensor(other.sensor, other.settings, other.mount, f"sensor {name}")
         return found

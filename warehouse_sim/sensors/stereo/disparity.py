@@ -1,15 +1,50 @@
-"""Disparity of a rectified pair: true from depth, or matched from two images."""
+"""Disparity of a rectified pair: true from depth, or matched from two images; and the settings of the pair."""
+
+from dataclasses import dataclass, field
+from typing import Annotated
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from warehouse_sim.sensors.stereo.config import SgbmConfig
+from warehouse_sim.ranges import Range, ranged
 
 _STEPS = 16.0
 """OpenCV returns disparities in sixteenths of a pixel."""
+_BLOCK_PX = 5
+"""Edge of the blocks that are compared."""
+_UNIQUENESS_PERCENT = 10
+"""By how much the best cost must beat the next; higher leaves more holes and fewer errors."""
+_SPECKLE_PX = 100
+"""Patches smaller than this are removed."""
+_LEFT_RIGHT_PX = 1
+"""Largest difference between matching from the left and from the right."""
 _SAME_PX = 1.0
 """How far apart disparities of one surface may be in the two images (px)."""
+
+
+@dataclass(frozen=True)
+@ranged
+class SgbmConfig:
+    """Semi-global block matching (Hirschmueller 2008) as OpenCV does it."""
+
+    disparities: Annotated[int, Range(16, 1024, "px")] = 192
+    """Largest disparity that is looked for (px), a multiple of 16, 16-1,024; nearer things are not matched."""
+
+    def __post_init__(self) -> None:
+        if self.disparities % 16:
+            raise ValueError(f"disparities must be a multiple of 16, found {self.disparities}")
+
+
+@dataclass(frozen=True)
+@ranged
+class StereoConfig:
+    """A camera like the first, parallel to it, on its right; its noise has the first one's settings."""
+
+    baseline: Annotated[float, Range(0.001, 2, "m")] = 0.54
+    """Distance of the optical centres (m), 0.001-2; KITTI's is 0.54."""
+    matching: SgbmConfig | None = field(default_factory=SgbmConfig)
+    """How a disparity is matched from the two noisy images; null = none is."""
 
 
 def gt_disparity(depth: Float32[np.ndarray, "h w"], focal_px: float, baseline: float) -> Float32[np.ndarray, "h w"]:
@@ -51,16 +86,16 @@ def match_sgbm(
     The costs of steps of one and of more pixels are 8 and 32 times channels times block area, as OpenCV advises. The
     mode with five directions runs on one thread, so that the same images give the same bytes.
     """
-    area = 3 * config.block_size**2
+    area = 3 * _BLOCK_PX**2
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
         numDisparities=config.disparities,
-        blockSize=config.block_size,
+        blockSize=_BLOCK_PX,
         P1=8 * area,
         P2=32 * area,
-        disp12MaxDiff=config.left_right_px,
-        uniquenessRatio=config.uniqueness_percent,
-        speckleWindowSize=config.speckle_px,
+        disp12MaxDiff=_LEFT_RIGHT_PX,
+        uniquenessRatio=_UNIQUENESS_PERCENT,
+        speckleWindowSize=_SPECKLE_PX,
         speckleRange=2,
         mode=cv2.STEREO_SGBM_MODE_SGBM,
     )

@@ -16,8 +16,13 @@ from warehouse_sim.render.lens import lens_map
 from warehouse_sim.schema import CAMERA, RenderBuffers, RgbdReading, StereoReading
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
-from warehouse_sim.sensors.stereo.config import SgbmConfig, StereoConfig
-from warehouse_sim.sensors.stereo.disparity import gt_disparity, match_sgbm, seen_in_both
+from warehouse_sim.sensors.stereo.disparity import (
+    SgbmConfig,
+    StereoConfig,
+    gt_disparity,
+    match_sgbm,
+    seen_in_both,
+)
 from warehouse_sim.sensors.view import SensorView
 
 

@@ -22,7 +22,3 @@ def test_records_hold_the_light_in_the_camera_frame() -> None:
         value = np.cos(angle) * records[0]["cone_scale"] + records[0]["cone_offset"]
         assert value == pytest.approx(expected, abs=1e-5)
     assert not records[1:].view(np.uint8).any()
-
-
-def test_the_record_has_the_size_of_the_shaders_array_element() -> None:
-    assert LIGHT.itemsize == 10 * 16  # ten vec4 in std140

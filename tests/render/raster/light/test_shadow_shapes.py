@@ -91,8 +91,3 @@ def test_small_meshes_and_flat_ones_are_left_alone() -> None:
     sheet = TriangleMesh(vertices, faces)
     assert shadow_shape(sheet) is sheet
     assert shadow_shape(sheet, filled=True) is sheet
-
-
-def test_a_shape_is_made_once() -> None:
-    body = sack("sack_woven_590x390x140").parts[0].mesh
-    assert shadow_shape(body) is shadow_shape(body)

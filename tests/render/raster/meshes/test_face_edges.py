@@ -4,7 +4,7 @@ import pytest
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.remesh import grid_box
 from warehouse_sim.geometry.solids import unit_cylinder
-from warehouse_sim.render.raster.meshes.mesh_levels import CORNER, CORNER_FORMAT, flat_mesh
+from warehouse_sim.render.raster.meshes.mesh_levels import flat_mesh
 
 
 def rendered_normals(mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -51,7 +51,3 @@ def test_triangles_without_area_are_left_out() -> None:
     assert len(flat.triangles) == 1
     assert flat.corners["to_edge"].tolist().count([0, 0, 0, 255]) == 0
     assert sorted(flat.corners["to_edge"].tolist()) == [[0, 0, 255, 255], [0, 255, 0, 255], [255, 0, 0, 255]]
-
-
-def test_the_layout_is_what_the_shader_is_told() -> None:
-    assert sum(int(item[0]) * int(item[2]) for item in CORNER_FORMAT.split()) == CORNER.itemsize

@@ -48,21 +48,6 @@ def test_the_level_follows_the_error_in_pixels() -> None:
     assert set(levels[ink].tolist()) == {0, 1}
 
 
-def test_a_subset_of_the_rows_gets_the_same_levels() -> None:
-    table = build_part_table(row_of((1.5, 3.0, 6.0, 12.0, 24.0)), ROWS)
-    errors = [mesh_levels(mesh).errors for mesh in table.meshes]
-    T = level_camera(np.array([0.1, 0.2, 0.3]), 0.1, -0.1)
-    levels = choose_levels(table, errors, placed_records(table, T), CAMERA)
-    rows = np.array([1, 5, 7, 9])
-    part = table.subset(rows)
-    assert choose_levels(part, errors, placed_records(part, T), CAMERA).tolist() == levels[rows].tolist()
-
-
-def test_a_mesh_is_prepared_once() -> None:
-    mesh = printed_carton().parts[1].mesh
-    assert mesh_levels(mesh) is mesh_levels(mesh)
-
-
 @pytest.mark.gl
 def test_far_cartons_look_as_exact_rays_see_them(renderer: Renderer) -> None:
     scene = row_of((4.0, 6.0, 9.0, 14.0, 20.0))

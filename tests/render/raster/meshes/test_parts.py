@@ -5,8 +5,7 @@ import numpy as np
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, pallet_model
-from warehouse_sim.render.raster.meshes.parts import INSTANCE, INSTANCE_FORMAT, build_part_table, placed_records
-from warehouse_sim.schema import Material
+from warehouse_sim.render.raster.meshes.parts import build_part_table, placed_records
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}
 
@@ -36,23 +35,6 @@ def test_records_place_vertices_where_the_scene_has_them() -> None:
     np.testing.assert_allclose(table.tops(), tops, atol=1e-12)
 
 
-def test_the_record_layout_is_what_the_shader_is_told() -> None:
-    counts = [int(item[0]) for item in INSTANCE_FORMAT.partition("/")[0].split()]
-    assert sum(counts) * 4 == INSTANCE.itemsize
-    offsets = np.cumsum([0, *counts[:-1]]) * 4
-    assert [INSTANCE.fields[name][1] for name in INSTANCE.names] == offsets.tolist()
-
-
-def test_film_is_marked_row_by_row() -> None:
-    box = box_model("box", (1, 2, 3))
-    film = replace(box.parts[0], material="film")
-    models = [replace(box, name="mixed", parts=(film, box.parts[0])), replace(box, name="film", parts=(film,))]
-    scene = make_scene(models, [("mixed", at(0, 0, 0)), ("film", at(1, 0, 0))])
-    scene = replace(scene, materials={**MATERIALS, "film": Material("film", (0.8, 0.8, 0.8), opacity=0.3)})
-    table = build_part_table(scene, {**ROWS, "film": len(ROWS)})
-    assert table.film.tolist() == [True, False, True]
-
-
 def test_edges_that_are_equal_to_the_centimetre_keep_their_order() -> None:
     """The body of a carton is a skin's thickness less wide than it is high: its grain must not turn for that."""
     orders = {}
@@ -74,16 +56,3 @@ def test_a_subset_keeps_rows_and_meshes() -> None:
     assert np.array_equal(part.template, table.template[[3, 5]])
     assert np.array_equal(part.T_world_part, table.T_world_part[[3, 5]])
     assert part.tops().tolist() == table.tops()[[3, 5]].tolist()
-
-
-def test_rows_are_cut_where_the_mesh_changes() -> None:
-    drum = box_model("drum", (0.5, 0.5, 1.0))
-    drum = replace(drum, parts=(replace(drum.parts[0], mesh=unit_cylinder(12)),))
-    places = [(name, at(k, 0, 0)) for k, name in enumerate(["box", "drum", "box", "drum"])]
-    table = build_part_table(make_scene([box_model("box", (1, 2, 3)), drum], places), ROWS)
-    meshes = [k for k, rows in enumerate(table.rows_of_mesh) for _ in range(rows.start, rows.stop)]
-    assert table.mesh_of(np.array([3, 0, 2])).tolist() == [meshes[3], meshes[0], meshes[2]]
-    cut = [(mesh, run.tolist()) for mesh, run in table.runs(np.array([1, 0, 3, 2, 1]))]
-    assert cut == [(meshes[0], [1, 0]), (meshes[2], [3, 2]), (meshes[0], [1])]
-    few = table.subset(np.array([2, 3]))  # the first mesh has no rows left
-    assert [(mesh, run.tolist()) for mesh, run in few.runs(np.array([1, 0]))] == [(meshes[2], [1, 0])]

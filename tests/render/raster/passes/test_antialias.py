@@ -93,13 +93,6 @@ def sample_image(width: int = 6, height: int = 4) -> tuple[np.ndarray, np.ndarra
     return rgba, np.zeros((height, width, 4), np.uint8), depth
 
 
-def test_without_known_borders_nothing_changes() -> None:
-    rgba, reach, depth = sample_image()
-    before = rgba.copy()
-    EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
-    assert np.array_equal(rgba, before)
-
-
 def stored(distance: float, slope: float = 0.0) -> int:
     """Return the reach as the geometry pass stores it."""
     return int(np.ceil(63 - 63 * distance)) * 4 + min(int(slope * 4), 3)
@@ -132,17 +125,6 @@ def test_a_diagonal_border_between_two_centres_cuts_a_corner_off_both_pixels() -
     EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
     assert linear(rgba[:, 2, :3]) == pytest.approx(0.125, abs=0.02)
     assert linear(rgba[:, 3, :3]) == pytest.approx(0.875, abs=0.02)
-
-
-def test_a_sliver_covered_from_both_sides_takes_no_more_than_all() -> None:
-    rgba = np.zeros((1, 3, 4), np.uint8)
-    rgba[0, [0, 2]] = 200
-    reach = np.zeros((1, 3, 4), np.uint8)
-    reach[0, 1, :2] = 255
-    depth = np.array([[0.1, 0.2, 0.1]], np.float32)
-    EdgeSmoother((3, 1)).smooth(rgba, reach, depth)
-    assert rgba[0, 1, 0] == pytest.approx(200, abs=1)
-    assert (rgba[0, [0, 2], 0] == 200).all()
 
 
 def test_top_and_bottom_rows_and_outer_columns_have_no_neighbours() -> None:

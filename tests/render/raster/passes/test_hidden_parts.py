@@ -60,17 +60,6 @@ def test_only_what_is_behind_every_pixel_of_its_box_is_hidden(seed: int) -> None
         assert np.all(NEAR / seen[inside, 2] < stored[v[inside], u[inside]])
 
 
-def test_a_box_goes_as_soon_as_it_is_behind_a_wall_and_stays_before_it() -> None:
-    placed = [("box", at(x, 0.3, 0.0)) for x in (1.0, 2.9, 3.1, 3.4, 9.0)]
-    table = build_part_table(make_scene([box_model("box", (0.2, 0.3, 0.3))], placed), ROWS)
-    records = placed_records(table, level_camera(np.zeros(3), 0.0))
-    wall = np.full((CAMERA.height, CAMERA.width), NEAR / 3.0, np.float32)
-    rows = np.arange(len(table))
-    assert DepthPyramid.of(wall).hides(CAMERA, table, records, rows).tolist() == [False, False, False, True, True]
-    wall[:] = 0.0  # nothing drawn
-    assert not DepthPyramid.of(wall).hides(CAMERA, table, records, rows).any()
-
-
 def round_goods(name: str, material: str) -> ObjectModel:
     """Return a bundle of twelve rollers, some thousand triangles."""
     roller = unit_cylinder(64)

@@ -12,7 +12,6 @@ from warehouse_sim.catalog.building.shell import clad_wall
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
-from warehouse_sim.render.raster.passes.shading_pass import spiral
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -188,12 +187,3 @@ def test_a_dark_face_lends_its_neighbour_no_brightness(renderer: Renderer) -> No
     shaded, unshaded = (ribbed_wall(renderer, [replace(light, casts_shadow=casts)], 0.3) for casts in (True, False))
     assert unshaded.mean() > 0.1
     assert (shaded < 1.1 * unshaded + 0.02).all()
-
-
-def test_the_spiral_fills_the_disk() -> None:
-    points = np.array([[float(x) for x in item.split(",")] for item in spiral(64, 0.5)[5:-1].split("), vec2(")])
-    radius = np.linalg.norm(points, axis=1)
-    assert points.shape == (64, 2)
-    assert radius.max() < 1.0
-    assert np.mean(radius < np.sqrt(0.5)) == pytest.approx(0.5, abs=0.02)
-    assert np.abs(points.mean(axis=0)).max() < 0.05

@@ -1,7 +1,7 @@
 import numpy as np
 
 from warehouse_sim.render.display import to_display
-from warehouse_sim.sensors.rgbd.color.light_curve import linear_light
+from warehouse_sim.sensors.rgbd.color.pixels import linear_light
 
 CODES = np.arange(256, dtype=np.uint8)[None, :, None].repeat(3, axis=2)
 

@@ -50,11 +50,6 @@ def test_what_is_far_blurs_by_turning_only() -> None:
     assert turned.std() < 0.8 * light.std()
 
 
-def test_a_camera_at_rest_sees_no_blur() -> None:
-    light = RNG.uniform(0.0, 1.0, (90, 120, 3)).astype(np.float32)
-    assert blur_by_motion(light, np.ones((90, 120), np.float32), CAMERA, Motion(), 1.0) is light
-
-
 def test_blocks_that_look_at_few_places_are_as_blurred_as_ones_that_look_at_many() -> None:
     """A floor that comes nearer below: ways of 0.4 to 12 px, against the mean over 65 places of every way."""
     camera = PinholeCamera.from_focal(400, 300, 400.0)

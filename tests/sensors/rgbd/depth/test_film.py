@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sensors.targets import CAMERA, capture_of, plane
+from tests.sensors.targets import CAMERA, capture_of, plane, with_constants
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.rgbd.depth import PRESETS, DepthModel
@@ -69,23 +69,14 @@ def test_a_triangulating_camera_locks_on_film_that_is_brighter_than_the_wall() -
         assert np.median(middle(before)) == pytest.approx(1.2, abs=0.02), name
 
 
-def test_patterns_of_equal_light_disturb_each_other() -> None:
-    for name in ("d455", "kinect_v1"):
-        model = PRESETS[name]
-        alone = middle(read(model, filmed(1.2, passed=1.0)))
-        rivals = middle(read(model, filmed(1.2, passed=1.0, diffuse=0.3)))
-        near = rivals[np.abs(rivals - 1.5) < 0.12]
-        assert near.std() > 1.3 * alone[alone > 0].std(), name
-
-
 def test_what_lies_behind_many_layers_is_noisier_or_not_read() -> None:
     for name in ("flexx2", "tof_industrial"):
         bare, dim = (middle(read(PRESETS[name], filmed(1.495, passed=value))) for value in (1.0, 0.6))
         assert dim[dim > 0].std() > 1.2 * bare[bare > 0].std(), name
-    dots = replace(PRESETS["d455"], projector_lux=150.0)  # type: ignore[call-arg]
+    dots = with_constants(PRESETS["d455"], projector_lux=150.0)
     bare, dim = (middle(read(dots, filmed(1.495, passed=value))) for value in (1.0, 0.6))
     assert dim[dim > 0].std() > 1.2 * bare[bare > 0].std()
-    weak = replace(PRESETS["d455"], projector_lux=80.0)  # type: ignore[call-arg]
+    weak = with_constants(PRESETS["d455"], projector_lux=80.0)
     fill = [(middle(read(weak, filmed(1.495, passed=value, remission=0.3))) > 0).mean() for value in (1.0, 0.6)]
     assert fill[1] < 0.5 < 0.9 < fill[0]
 

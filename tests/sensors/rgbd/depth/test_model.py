@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,13 +44,10 @@ def test_what_is_written_is_read_back(preset: str) -> None:
         ({"model": "ideal", "preset": "d435"}, "here: rgbd: depth: the preset 'd435' is of the model 'active_stereo'"),
         ({"model": "ideal", "sigma_base": 1}, "here: rgbd: depth: sigma_base is not a setting"),
         ({"preset": "d435", "baselin": 1}, "baselin is not a setting; did you mean 'baseline'?"),
-        ({"correlation_px": 4}, "here: rgbd: depth: correlation_px must be odd"),
         ({"sigma_base": -0.1}, "sigma_base must be 0-10 m"),
         ({"model": "ideal", "max_range": 0.1}, "max_range must exceed min_range"),
         ({"noise_scale": float("nan")}, "noise_scale must be 0-100"),
         ({"preset": "d435", "baseline": 0}, "baseline must be 0.001-2 m"),
-        ({"preset": "d435", "window_px": 0}, "window_px must be 1-201 px"),
-        ({"preset": "kinect_v1", "max_angle_deg": 90}, "max_angle_deg must be 1-89 deg"),
         ({"preset": "flexx2", "sigma_linear": -0.1}, "sigma_linear makes the noise negative"),
         (3, "expected a preset's name or a mapping of settings, found 3"),
     ],
@@ -82,3 +81,9 @@ def test_what_a_model_needs_is_requested_for() -> None:
     object.__setattr__(buffers, "normals", None)
     with pytest.raises(ValueError, match="structured_light' needs the normals"):
         PRESETS["kinect_v1"].read(buffers, bare, np.random.default_rng(0))
+    assert not PRESETS["flexx2"].needs_reflections
+    surfaces = capture_of().surfaces
+    assert surfaces is not None
+    unreflected = Capture(bare.camera, surfaces=replace(surfaces, reflected=None))
+    with pytest.raises(ValueError, match="follows reflections"):
+        PRESETS["tof_industrial"].read(corner(1.5, concave=True), unreflected, np.random.default_rng(0))

@@ -10,19 +10,17 @@ CAPTURE = capture_of(CAMERA)
 
 
 def read(depth: np.ndarray, **options: float) -> np.ndarray:
-    settings = {"sigma_base": 0.0, "sigma_quadratic": 0.0, "correlation_px": 1, "min_range": 0.0, **options}
-    model = QuadraticDepth(**settings)  # type: ignore[arg-type]
+    model = QuadraticDepth(**{"sigma_base": 0.0, "sigma_quadratic": 0.0, "min_range": 0.0, **options})
     return model.read(buffers_of(depth, np.zeros((*depth.shape, 3))), CAPTURE, np.random.default_rng(5))
 
 
 @pytest.mark.parametrize("z", [0.5, 2.0, 8.0])
-@pytest.mark.parametrize("window", [1, 5, 9])
-def test_the_spread_is_that_of_the_formula_whatever_the_window(z: float, window: int) -> None:
+def test_the_spread_is_that_of_the_formula(z: float) -> None:
     sigma = 0.001 + 0.002 * z * z
-    error = read(np.full((400, 500), z), sigma_base=0.001, sigma_quadratic=0.002, correlation_px=window) - z
+    error = read(np.full((400, 500), z), sigma_base=0.001, sigma_quadratic=0.002) - z
     assert error.std() == pytest.approx(sigma, rel=0.05)
-    assert abs(error.mean()) < 5 * sigma * window / np.sqrt(error.size)
-    double = read(np.full((400, 500), z), sigma_base=0.001, sigma_quadratic=0.002, correlation_px=window, noise_scale=2)
+    assert abs(error.mean()) < 5 * sigma * 5 / np.sqrt(error.size)
+    double = read(np.full((400, 500), z), sigma_base=0.001, sigma_quadratic=0.002, noise_scale=2)
     np.testing.assert_allclose(double - z, 2 * error, atol=1e-5)
 
 
@@ -37,7 +35,7 @@ def test_without_noise_depth_is_the_ground_truth_and_nothing_stays_nothing() -> 
     depth = np.random.default_rng(0).uniform(0.5, 9, (400, 500)).astype(np.float32)
     depth[:50] = 0.0
     assert np.array_equal(read(depth), depth)
-    disturbed = read(depth, sigma_base=0.5, sigma_quadratic=0.1, correlation_px=3, inverse_depth_step=0.01)
+    disturbed = read(depth, sigma_base=0.5, sigma_quadratic=0.1, inverse_depth_step=0.01)
     assert (disturbed[:50] == 0.0).all()
     assert disturbed.min() >= 0.0
     assert disturbed.dtype == np.float32
@@ -56,4 +54,4 @@ def test_what_seems_to_lie_out_of_range_is_not_read() -> None:
     assert depth[depth > 0].min() >= 3.9
     assert depth.max() <= 4.05
     # Of a Gaussian, 69 % lie below half a sigma and 16 % below minus one.
-    assert (depth > 0).mean() == pytest.approx(0.533, abs=0.01)
+    assert (depth > 0).mean() == pytest.approx(0.533, abs=0.02)  # windows of 5 x 5 pixels share their noise

@@ -17,16 +17,6 @@ def test_a_leaning_surface_does_not_hide_itself() -> None:
     assert not baseline_shadow(disparity[:, ::-1])[:, 45:].any()
 
 
-def test_nothing_has_no_shadow() -> None:
-    assert not baseline_shadow(np.zeros((4, 9), np.float32)).any()
-
-
-def test_a_step_of_two_pixels_of_disparity_has_a_shadow_of_two_pixels() -> None:
-    disparity = np.full((2, 100), 10.0, np.float32)
-    disparity[:, 60:] = 12.0
-    assert np.array_equal(np.flatnonzero(baseline_shadow(disparity)[0]), [*range(10), 58, 59])
-
-
 def test_what_is_behind_a_leaning_board_is_hidden_without_gaps() -> None:
     """The second eye sees the board larger, so that its columns lie farther apart there."""
     disparity = np.full((2, 300), 10.0, np.float32)

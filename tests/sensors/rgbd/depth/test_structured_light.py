@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.sensors.targets import capture_of, corner, plane, step
+from tests.sensors.targets import capture_of, corner, plane, step, with_constants
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight, axial_sigma, lateral_sigma
+from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight
 
 KINECT = StructuredLight(min_range=0.4, max_range=5.0)
 CAPTURE = capture_of()
@@ -29,14 +29,6 @@ def test_the_spread_on_flat_targets_is_the_published_one(z: float, lean: float) 
     error = (read(buffers) - buffers.depth)[middle]
     assert error.std() == pytest.approx(published(z, lean), rel=0.12)
     assert (read(buffers)[middle] > 0).all()
-
-
-def test_the_formulas_are_those_of_the_paper() -> None:
-    assert axial_sigma(np.float32(2.0), np.float32(0.0)) == pytest.approx(0.0012 + 0.0019 * 1.6**2)
-    steep = np.float32(np.deg2rad(70.0))
-    assert axial_sigma(np.float32(1.0), steep) == pytest.approx(published(1.0, 70.0))
-    assert lateral_sigma(np.float32(0.0)) == pytest.approx(0.8)
-    assert lateral_sigma(steep) == pytest.approx(0.8 + 0.035 * 70.0 / 20.0)
 
 
 def test_depth_comes_in_eighths_of_a_pixel_of_disparity() -> None:
@@ -70,7 +62,7 @@ def test_a_bend_is_read_but_a_jump_is_not() -> None:
 
 
 def test_edges_are_ragged_by_the_lateral_noise() -> None:
-    model = StructuredLight(min_range=0.4, max_range=5.0, agreement_px=1e6)
+    model = with_constants(KINECT, agreement_px=1e6)
     buffers = step(1.0, 2.0, slice(0, 160))
     near = read(buffers, model) < 1.5
     # A reading in column c comes from a place right of the edge with P(c + N(0, 0.8) > 159.5).

@@ -43,12 +43,6 @@ def test_it_spreads_over_time_as_recordings_do_and_its_neighbours_are_alike(z: f
         assert found == pytest.approx(alike, abs=0.06)
 
 
-def test_pixels_between_two_ranges_fly_and_none_is_dropped() -> None:
-    depth = read(step(1.4, 2.4, slice(0, 160)), replace(STILL, sigma_lateral_px=1.3), over(capture_of()))[120]
-    assert (depth > 0).all()
-    assert ((depth > 1.46) & (depth < 2.34)).sum() >= 2
-
-
 def test_a_mirror_in_the_floor_adds_its_phase() -> None:
     turn = 2 * np.pi / STILL.unambiguous_range
     middle = (CAMERA.height // 2, CAMERA.width // 2)
@@ -75,15 +69,6 @@ def test_gloss_seems_farther_head_on_than_aslant() -> None:
     lobe = 0.25 * 0.04 / 0.4**4
     assert straight == pytest.approx(0.1 * lobe / (lobe + 0.45), abs=2e-3)
     assert aslant < straight / 5
-
-
-def test_it_asks_for_reflections() -> None:
-    assert PRESET.needs_reflections
-    assert not PRESETS["flexx2"].needs_reflections
-    surfaces = capture_of().surfaces
-    assert surfaces is not None
-    with pytest.raises(ValueError, match="follows reflections"):
-        read(plane(1.0), PRESET, Capture(CAMERA, surfaces=replace(surfaces, reflected=None)))
 
 
 def test_nothing_sends_no_light_where_the_coarser_materials_reach_over_an_outline() -> None:

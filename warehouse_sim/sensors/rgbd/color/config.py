@@ -1,7 +1,7 @@
 """Settings of a colour camera."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError, shown
@@ -23,8 +23,8 @@ class ColorConfig:
     """Variance of linear light that is always there, at ISO 100, 0-1."""
     noise_scale: Annotated[float, Range(0, 100)] = 1.0
     """Factor on the standard deviation of both, 0-100."""
-    f_number: Annotated[float, Range(0.5, 100)] = 2.0
-    """Focal length over aperture, 0.5-100."""
+    f_number: ClassVar[float] = 2.0
+    """Focal length over aperture."""
     max_shutter_ms: Annotated[float, Range(0.001, 10_000, "ms")] = 10.0
     """Longest exposure (ms), 0.001-10,000; where it is too short for the scene, the gain rises."""
     exposure_error: Annotated[float, Range(0, 10, "stops")] = 0.1

@@ -1,4 +1,4 @@
-"""From light on the pixels (Bayer filter, noise) to the numbers that they give, and on to the codes of an image."""
+"""From light on the pixels (Bayer filter, noise) to the numbers that they give, and on to codes; and back to light."""
 
 from collections.abc import Sequence
 from functools import cache, lru_cache
@@ -9,9 +9,19 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
 
-from warehouse_sim.color import srgb_from_linear
-from warehouse_sim.render.display import tone_map
+from warehouse_sim.color import linear_from_srgb, srgb_from_linear
+from warehouse_sim.render.display import inverse_tone_map, tone_map
 from warehouse_sim.sensors.rgbd.color.config import ColorConfig
+
+
+def linear_light(rgb: UInt8[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w 3"]:
+    """Return the linear image values (1 = what just saturates at the exposure) that are shown as ``rgb``."""
+    return cv2.LUT(rgb, _linear_of_code())
+
+
+@cache
+def _linear_of_code() -> Float32[np.ndarray, " 256"]:
+    return inverse_tone_map(linear_from_srgb(np.arange(256) / 255.0)).astype(np.float32)
 
 
 def add_noise(

@@ -37,15 +37,10 @@ class QuadraticDepth(DepthModel):
     """Standard deviation of depth that does not grow with distance (m), 0-10."""
     sigma_quadratic: Annotated[float, Range(0, 10, "1/m")] = 0.001
     """Growth of that standard deviation with the square of depth (1/m), 0-10: stereo's z^2 law."""
-    correlation_px: Annotated[int, Range(1, 201, "px")] = 5
-    """Edge of the window over which depth noise is alike (px), odd, 1-201; 1 = each pixel by itself."""
+    correlation_px: ClassVar[int] = 5
+    """Edge of the window over which depth noise is alike (px), odd; 1 = each pixel by itself."""
     inverse_depth_step: Annotated[float, Range(0, 10, "1/m")] = 0.0
     """Step in which 1 / depth is read, as disparity is (1/m), 0-10; 0 = continuous."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.correlation_px % 2 == 0:
-            raise ValueError(f"correlation_px must be odd, found {self.correlation_px}")
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return depth with the noise of the formula (m)."""

@@ -10,6 +10,7 @@ from jaxtyping import Float32
 from tests.sensors.rgbd.depth.dots.cases import RIGS, Case, middle
 from tests.sensors.rgbd.depth.dots.infrared import ambient_light, boards_seen, gt_depth, infrared_pair
 from tests.sensors.rgbd.depth.dots.matcher import Matcher, match
+from tests.sensors.targets import with_constants
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import RenderBuffers
@@ -46,8 +47,8 @@ def by_model(case: Case, seed: int) -> Depth:
     )
     model = PRESETS[case.preset]
     assert isinstance(model, ActiveStereo)
-    model = replace(model, min_range=0.05, max_range=100.0, unit_scale=0.0, unit_bow_px=0.0,
-                    unit_registration_px=0.0, color_offset=0.0)  # fmt: skip
+    model = replace(model, min_range=0.05, max_range=100.0, color_offset=0.0)
+    model = with_constants(model, unit_scale=0.0, unit_bow_px=0.0, unit_registration_px=0.0)
     buffers = RenderBuffers(rgb, depth, board.astype(np.int32) + 1, normals)
     read = model.read(buffers, Capture(camera, ev, surfaces=Surfaces(*images)), np.random.default_rng(seed))
     return np.divide(rig.focal_px * rig.baseline, read, out=np.zeros_like(read), where=read > 0)

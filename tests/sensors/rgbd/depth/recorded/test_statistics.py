@@ -58,11 +58,6 @@ def test_known_errors_are_found(tmp_path: Path) -> None:
     assert all(abs(value) < 8 for name, value in found.items() if "bend" in name)
 
 
-def test_a_floor_that_is_read_too_far_is_found(tmp_path: Path) -> None:
-    found = statistics_of(record(tmp_path, sigma=0.002, pattern=0.0, floor_factor=1.3))
-    assert found["floor before the front at 1-1.5 m, %"] == pytest.approx(130.0, abs=1.0)
-
-
 def test_holes_and_flying_rims_are_counted(tmp_path: Path) -> None:
     front = record(tmp_path, sigma=0.001, pattern=0.0, frames=1)
     depth = front.depths[0]

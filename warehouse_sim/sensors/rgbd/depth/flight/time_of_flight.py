@@ -60,19 +60,19 @@ class TimeOfFlight(DepthModel):
     """Standard deviation of the spot that a pixel gathers light from (px of the sensor), 0-20."""
     focal_px: Annotated[float, Range(50, 20_000, "px")] = 210.6
     """Focal length of the sensor itself (px), 50-20,000: 56 degrees over 224 px."""
-    unambiguous_range: Annotated[float, Range(0.1, 500, "m")] = 7.5
-    """Range at which the phase, put together from all frequencies, starts again (m), 0.1-500."""
+    unambiguous_range: ClassVar[float] = 7.5
+    """Range at which the phase, put together from all frequencies, starts again (m)."""
     min_coherence: Fraction = 0.6
     """Least length of the sum of phases in a pixel's spot, relative to the sum of their lengths, 0-1."""
     min_signal: Annotated[float, Range(0, 1000)] = 0.0005
     """Least light of the emitter that must come back, 0-1,000; white plaster facing it from 1 m gives 1."""
-    max_signal: Annotated[float, Range(0.001, 1_000_000)] = 10.0
-    """Most light that pixels take from retroreflectors, 0.001-1,000,000, in the measure of ``min_signal``; beyond it
+    max_signal: ClassVar[float] = 10.0
+    """Most light that pixels take from retroreflectors in the measure of ``min_signal``; beyond it
     they are saturated and read nothing. No source: a prior."""
-    lamp_offset: Annotated[float, Range(0, 1, "m")] = 0.025
-    """From the emitter to the lens (m), 0-1, that retroreflectors are seen by. No source: a prior."""
-    max_sigma: Annotated[float, Range(0.00001, 100, "m")] = 0.1
-    """Readings of a larger standard deviation are dropped, as confidence filters do (m), 0.00001-100."""
+    lamp_offset: ClassVar[float] = 0.025
+    """From the emitter to the lens (m) that retroreflectors are seen by. No source: a prior."""
+    max_sigma: ClassVar[float] = 0.1
+    """Readings of a larger standard deviation are dropped, as confidence filters do (m)."""
     multipath: Fraction = 1.0
     """Fraction of the light by way of other surfaces that is not compensated, 0-1."""
 
@@ -94,8 +94,8 @@ class TimeOfFlight(DepthModel):
     """Fraction of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
     film: bool = True
     """Whether stretch film sends light back and takes some away, or is not there at all."""
-    film_glare: Annotated[float, Range(0.001, 1_000_000)] = 8.0
-    """Most light that wrinkles of film may mirror back, relative to white plaster at the same place, 0.001-1,000,000:
+    film_glare: ClassVar[float] = 8.0
+    """Most light that wrinkles of film may mirror back, relative to white plaster at the same place:
     more drives pixels out of their range. No source."""
 
     def __post_init__(self) -> None:

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from warehouse_sim.ranges import Fraction, Range, ranged
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
@@ -71,39 +71,39 @@ class ActiveStereo(DepthModel):
     -c``): -0.015 (D435), 0.059 (D455)."""
     subpixel_px: Annotated[float, Range(0, 100, "px")] = 0.077
     """Standard deviation of disparity where dots are bright (px of the infrared cameras), 0-100."""
-    blurred_px: Annotated[float, Range(0, 100, "px")] = 0.22
-    """That where slopes in the images are as large as their noise (px of the infrared cameras), 0-100."""
-    slope_px: Annotated[float, Range(0, 100, "px")] = 0.7
-    """That per px of disparity by which a surface slopes from one pixel to the next (px), 0-100."""
-    window_px: Annotated[float, Range(1, 201, "px")] = 7.0
-    """Edge of the matching window, over which errors are alike (px of the infrared cameras), 1-201."""
-    edge_px: Annotated[float, Range(0, 100, "px")] = 2.5
-    """By how much near things grow over far ones (px of the infrared cameras), 0-100; less than half a window."""
-    shadow_px: Annotated[float, Range(0, 100, "px")] = 2.05
+    blurred_px: ClassVar[float] = 0.22
+    """That where slopes in the images are as large as their noise (px of the infrared cameras)."""
+    slope_px: ClassVar[float] = 0.7
+    """That per px of disparity by which a surface slopes from one pixel to the next (px)."""
+    window_px: ClassVar[float] = 7.0
+    """Edge of the matching window, over which errors are alike (px of the infrared cameras)."""
+    edge_px: ClassVar[float] = 2.5
+    """By how much near things grow over far ones (px of the infrared cameras); less than half a window."""
+    shadow_px: ClassVar[float] = 2.05
     """By how much the shadow of the baseline is wider than its geometry, as windows reach into it (px of the infrared
-    cameras), 0-100."""
-    disparity_step: Annotated[float, Range(0.0001, 100, "px")] = 0.03125
-    """Step of disparity (px of the infrared cameras), 0.0001-100."""
-    search_px: Annotated[float, Range(1, 10_000, "px")] = 126.0
-    """Largest disparity that is looked for (px of the infrared cameras), 1-10,000: none nearer than f b / search_px."""
-    projector_lux: Annotated[float, Range(0, 1_000_000, "lx")] = 1000.0
-    """Light of a dot's middle 1 m away, as the illuminance by white light that the cameras see alike (lx),
-    0-1,000,000; 0 = the projector is off. No source: with it, a D435 reads a white wall in 300 lx up to about 6 m."""
-    min_clarity: Annotated[float, Range(0, 1000)] = 0.56
-    """Least slope in the images that can be matched, relative to their noise, 0-1,000."""
-    min_cosine: Fraction = 0.05
-    """Cosine of incidence below which the pattern is too squeezed to be matched, 0-1."""
-    max_slope: Annotated[float, Range(0.001, 1000)] = 0.65
-    """Most disparity by which a matched surface slopes from one pixel to the next (px per px), 0.001-1,000."""
-    max_glare: Annotated[float, Range(0.001, 1_000_000)] = 4.0
-    """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000. No source."""
-    unit_scale: Annotated[float, Range(0, 1)] = 0.003
-    """Standard deviation over units of the error of all depths, as a fraction, 0-1. No source: with the bow, 2 % at 2 m
+    cameras)."""
+    disparity_step: ClassVar[float] = 0.03125
+    """Step of disparity (px of the infrared cameras)."""
+    search_px: ClassVar[float] = 126.0
+    """Largest disparity that is looked for (px of the infrared cameras): none nearer than f b / search_px."""
+    projector_lux: ClassVar[float] = 1000.0
+    """Light of a dot's middle 1 m away, as the illuminance by white light that the cameras see alike (lx). No source:
+    with it, a D435 reads a white wall in 300 lx up to about 6 m."""
+    min_clarity: ClassVar[float] = 0.56
+    """Least slope in the images that can be matched, relative to their noise."""
+    min_cosine: ClassVar[float] = 0.05
+    """Cosine of incidence below which the pattern is too squeezed to be matched."""
+    max_slope: ClassVar[float] = 0.65
+    """Most disparity by which a matched surface slopes from one pixel to the next (px per px)."""
+    max_glare: ClassVar[float] = 4.0
+    """Most glossy light that may come back, relative to white plaster at the same place. No source."""
+    unit_scale: ClassVar[float] = 0.003
+    """Standard deviation over units of the error of all depths, as a fraction. No source: with the bow, 2 % at 2 m
     (D435) are kept."""
-    unit_bow_px: Annotated[float, Range(0, 100, "px")] = 0.05
-    """That of the disparity by which planes seem bowed or tilted towards the image's border (px), 0-100. No source."""
-    unit_registration_px: Annotated[float, Range(0, 100, "px")] = 0.5
-    """That of where depth is registered beside colour (px of the infrared cameras), 0-100. No source."""
+    unit_bow_px: ClassVar[float] = 0.05
+    """That of the disparity by which planes seem bowed or tilted towards the image's border (px). No source."""
+    unit_registration_px: ClassVar[float] = 0.5
+    """That of where depth is registered beside colour (px of the infrared cameras). No source."""
 
     film: bool = True
     """Whether stretch film sends dots back and blurs those behind it, or only tints what is seen."""

@@ -13,7 +13,7 @@ from jaxtyping import Float32, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.rgbd.color.light_curve import linear_light
+from warehouse_sim.sensors.rgbd.color.pixels import linear_light
 
 _STREAM = 0x756E6974
 """Of all draws of units."""

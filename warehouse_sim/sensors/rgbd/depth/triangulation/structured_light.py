@@ -50,25 +50,24 @@ class StructuredLight(DepthModel):
     """Nearest depth that is read (m), 0-500; the Kinect's default range is 0.8-4 m."""
     max_range: Annotated[float, Range(0.01, 500, "m")] = 4.0
     """Farthest depth that is read (m), > min_range, 0.01-500."""
-    focal_px: Annotated[float, Range(50, 20_000, "px")] = 585.5
-    """Focal length of the sensor itself (px), 50-20,000; with the baseline, 8 f b = 351.3 m as in Handa's model."""
-    baseline: Annotated[float, Range(0.001, 2, "m")] = 0.075
-    """From the camera to the projector (m), 0.001-2."""
-    disparity_step: Annotated[float, Range(0.0001, 100, "px")] = 0.125
-    """Step of disparity (px of the sensor), 0.0001-100."""
-    agreement_px: Annotated[float, Range(0.0001, 1_000_000, "px")] = 0.3
-    """How far dots of a window may lie off the plane through it, in disparity (px of the sensor),
-    0.0001-1,000,000.
+    focal_px: ClassVar[float] = 585.5
+    """Focal length of the sensor itself (px); with the baseline, 8 f b = 351.3 m as in Handa's model."""
+    baseline: ClassVar[float] = 0.075
+    """From the camera to the projector (m)."""
+    disparity_step: ClassVar[float] = 0.125
+    """Step of disparity (px of the sensor)."""
+    agreement_px: ClassVar[float] = 0.3
+    """How far dots of a window may lie off the plane through it, in disparity (px of the sensor)
 
     Handa's 0.1 would lose every edge of a box, where the surface bends but does not jump.
     """
-    max_angle_deg: Annotated[float, Range(1, 89, "deg")] = 80.0
-    """Largest angle of incidence that is read (deg), 1-89; the noise was fitted below 80."""
-    min_signal: Annotated[float, Range(0, 1000)] = 0.012
-    """Least light of the dots that must come back, 0-1,000; white plaster facing the projector from 1 m gives 1. No
+    max_angle_deg: ClassVar[float] = 80.0
+    """Largest angle of incidence that is read (deg); the noise was fitted below 80."""
+    min_signal: ClassVar[float] = 0.012
+    """Least light of the dots that must come back; white plaster facing the projector from 1 m gives 1. No
     source: white is read to the end of the range at 70 degrees, cardboard straight on, black plastic to 2.2 m."""
-    max_glare: Annotated[float, Range(0.001, 1_000_000)] = 2.0
-    """Most glossy light that may come back, relative to white plaster at the same place, 0.001-1,000,000: dots that
+    max_glare: ClassVar[float] = 2.0
+    """Most glossy light that may come back, relative to white plaster at the same place: dots that
     saturate run into each other. No source."""
     film: bool = True
     """Whether stretch film sends dots back and blurs those behind it, or is not there at all."""

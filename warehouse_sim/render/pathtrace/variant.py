@@ -1,4 +1,4 @@
-"""Find the LLVM that compiles the path tracer's kernels, before anything of it is loaded."""
+"""What runs the path tracer: a GPU, or the LLVM that compiles its kernels, found before anything of it is loaded."""
 
 import ctypes
 import os
@@ -10,8 +10,8 @@ import mitsuba
 
 from warehouse_sim.errors import RenderError
 
-VARIANT = "llvm_ad_rgb"
-"""Mitsuba's vectorised CPU variant; ``scalar_rgb`` needs several times as long."""
+_LLVM, _CUDA = "llvm_ad_rgb", "cuda_ad_rgb"
+"""Mitsuba's vectorised variants; ``scalar_rgb`` needs several times as long."""
 LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
 MIN_LLVM = 16
 """LLVM 14 and 15 end the process with "Cannot select" on CPUs with AVX-512."""
@@ -36,7 +36,7 @@ def use_llvm_variant() -> str:
     else:
         path, version = find_llvm(installed_llvms())
         os.environ[LLVM_VARIABLE] = str(path)  # read when the variant is first loaded
-    mitsuba.set_variant(VARIANT)
+    mitsuba.set_variant(_LLVM)
     return ".".join(map(str, version))
 
 
@@ -77,3 +77,17 @@ def llvm_version(path: Path) -> tuple[int, ...] | None:
 
 def _named_version(path: Path) -> tuple[int, ...]:
     return tuple(int(number) for number in re.findall(r"\d+", path.name))
+
+
+def use_cuda_variant() -> str:
+    """Make Mitsuba's CUDA variant the current one; return what a manifest should say of it.
+
+    Raises:
+        RenderError: There is no GPU with a driver that runs CUDA.
+    """
+    import drjit  # after the LLVM to be used is known
+
+    if not drjit.has_backend(drjit.JitBackend.CUDA):
+        raise RenderError("device=cuda: no GPU with a CUDA driver is found; leave it out to trace on the processor")
+    mitsuba.set_variant(_CUDA)
+    return "CUDA"
