@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.shared import Shared
+
 settings.register_profile("steady", derandomize=True, database=None, deadline=None, max_examples=50)
 settings.load_profile("steady")  # the same examples every time, on any machine
 
@@ -26,6 +28,13 @@ def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
         del os.environ["WAREHOUSE_SIM_CACHE"]
     else:
         os.environ["WAREHOUSE_SIM_CACHE"] = before
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """Return what all processes of this run share, to read only."""
+    base = tmp_path_factory.getbasetemp()
+    return Shared((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared")
 
 
 @pytest.fixture(scope="session")

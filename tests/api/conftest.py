@@ -3,22 +3,16 @@ from pathlib import Path
 
 import pytest
 
+from tests.shared import Shared
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig
-from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.schema import PoseEstimate
-
-FORMATS = ("bop", "kitti", "coco", "yolo")
 
 
 @pytest.fixture(scope="session")
-def smoke(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def smoke(shared: Shared) -> Path:
     """Return three scenes of two observations, one scene a split, in several formats; nobody changes it."""
-    root = tmp_path_factory.mktemp("api") / "out"
-    generate(load_recipe("smoke"), root, GenerateConfig(scenes=3, seed=0, workers=1, formats=FORMATS))
-    return root
+    return shared.dataset(scenes=3, formats=("bop", "kitti", "coco", "yolo"))
 
 
 @pytest.fixture

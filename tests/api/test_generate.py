@@ -5,35 +5,30 @@ from typing import Any
 import pytest
 
 import warehouse_sim as ws
-from warehouse_sim.cli.main import main
+from tests.shared import Shared, hashes
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.errors import ConfigError, DatasetError, InputError, UnknownNameError
 
 
-def files(root: Path) -> dict[str, bytes]:
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
-
-
 @pytest.mark.gl
-def test_python_writes_the_bytes_of_the_command(tmp_path: Path) -> None:
-    data = ws.generate("smoke", tmp_path / "python", scenes=2, seed=3)
-    command = ["generate", "smoke", "--out", str(tmp_path / "command"), "--scenes", "2", "--seed", "3"]
-    assert main([*command, "--workers", "1"]) in (0, None)
-    assert files(tmp_path / "python") == files(tmp_path / "command")
-    assert isinstance(data, ws.Dataset)
-    assert len(data) == 4
-
-
-@pytest.mark.gl
-def test_a_dataset_is_replaced_on_request_alone(tmp_path: Path) -> None:
+def test_python_writes_the_bytes_of_the_command_and_replaces_them_on_request_alone(
+    shared: Shared, tmp_path: Path
+) -> None:
+    """The command's bytes are those of ``shared`` by ``tests/third_party``."""
     done: list[tuple[int, int]] = []
-    first = ws.generate("smoke", tmp_path, scenes=1, formats="bop", progress=lambda *counts: done.append(counts))
+    first = ws.generate("smoke", tmp_path, scenes=1, progress=lambda *counts: done.append(counts))
     assert done == [(0, 1), (1, 1)]
+    before = hashes(tmp_path)
+    assert before == hashes(shared.dataset(scenes=1))
+    assert isinstance(first, ws.Dataset)
+    assert len(first) == 2
     with pytest.raises(DatasetError, match=r"not empty.*overwrite=True"):
         ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop")
+    assert hashes(tmp_path) == before
     second = ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop", overwrite=True)
     assert (first.path, len(second)) == (second.path, 2)
     assert read_manifest(tmp_path).seed == 1
+    assert hashes(tmp_path)["scenes/000000.json"] != before["scenes/000000.json"], "another seed is another scene"
 
 
 @pytest.mark.gl
@@ -42,7 +37,7 @@ def test_a_recipe_of_python_and_its_file_give_the_same_data(tmp_path: Path) -> N
     recipe.save(tmp_path / "mine.yaml")
     one = ws.generate(recipe, str(tmp_path / "a"), scenes=1, formats="bop")
     two = ws.generate(tmp_path / "mine.yaml", tmp_path / "b", scenes=1, formats=["bop"])
-    assert files(one.path / "bop") == files(two.path / "bop")
+    assert hashes(one.path / "bop") == hashes(two.path / "bop")
     assert len(one) == 1
 
 

@@ -1,5 +1,6 @@
 import logging
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -103,10 +104,10 @@ def test_poses_views_and_rigs() -> None:
     placed = scene.render(SMALL, at=(-2, 0, 1), look_at=(0, 0, 0))
     posed = scene.render(SMALL, T_world_camera=placed.T_world_camera)
     np.testing.assert_array_equal(posed.rgb, placed.rgb)
-    shots = scene.render(ws.Rig(camera=SMALL, lidar="vlp16"), views=3)
-    assert [len(shot.objects) for shot in shots] == [1, 1, 1]
+    shots = scene.render(ws.Rig(camera=SMALL, lidar="vlp16"), views=2)
+    assert [len(shot.objects) for shot in shots] == [1, 1]
     assert all(shot.lidar is not None and len(shot.lidar) > 1000 for shot in shots)
-    again = scene.render(ws.Rig(camera=SMALL, lidar="vlp16"), views=3)
+    again = scene.render(ws.Rig(camera=SMALL, lidar="vlp16"), views=2)
     assert all(np.array_equal(one.rgb, two.rgb) for one, two in zip(shots, again, strict=True))
 
 
@@ -147,6 +148,7 @@ def test_what_is_absent_is_said(caplog: pytest.LogCaptureFixture) -> None:
     assert scene.spec.target_instances() == []
 
 
+@cache
 def settled() -> ws.Scene:
     scene = ws.Scene()
     scene.add("epal1")

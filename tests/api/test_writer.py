@@ -1,5 +1,6 @@
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from warehouse_sim.generation.verify import verify
 CAMERA = ws.Camera(width=320, height=200, focal_px=200, focal_y_px=210, distortion={"k1": -0.05}, depth="ideal")
 
 
+@cache
 def shots(x: float = 0.0, views: int = 2, extra: Path | None = None, camera: ws.Camera = CAMERA) -> list[Any]:
     scene = ws.Scene()
     scene.add("epal1", x=x)
@@ -26,13 +28,17 @@ def shots(x: float = 0.0, views: int = 2, extra: Path | None = None, camera: ws.
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a dataset of four scenes, in the last of which a crate comes."""
+def crate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_crate(tmp_path_factory.mktemp("crate"))
+
+
+@pytest.fixture(scope="module")
+def stored(crate: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a dataset of three scenes, in the last of which a crate comes."""
     folder = tmp_path_factory.mktemp("writer")
-    crate = write_crate(folder)
     with ws.Writer(folder / "out", formats=["bop", "coco"]) as out:
-        for index in range(4):
-            out.write(shots(0.3 * index, extra=crate if index == 3 else None))
+        for taken in (shots(), shots(0.3), shots(0.6, extra=crate)):
+            out.write(taken)
     return folder / "out"
 
 
@@ -41,8 +47,8 @@ def test_scenes_by_hand_are_a_whole_dataset(stored: Path) -> None:
     checks = ws.validate(stored)
     assert checks.ok, str(checks)
     data = ws.Dataset(stored)
-    assert len(data) == 8
-    assert {name: len(data.split(name)) for name in data.splits} == {"train": 4, "val": 2, "test": 2}
+    assert len(data) == 6
+    assert {name: len(data.split(name)) for name in data.splits} == {"train": 2, "val": 2, "test": 2}
     assert {o.name for obs in data for o in obs.objects} == {"epal1", "carton_400x300x200", "crate"}
     assert "python SCRIPT" in (stored / "README.md").read_text()
     assert not (stored / "card" / "recipe.yaml").exists()
@@ -114,14 +120,14 @@ def test_an_error_within_leaves_a_folder_that_is_incomplete(tmp_path: Path) -> N
     with pytest.raises(DatasetError, match=r"not empty.*overwrite=True"), ws.Writer(root):
         pass
     with ws.Writer(root, overwrite=True) as out:
-        out.write(shots(views=1))
+        out.write(taken[:1])
     assert len(ws.Dataset(root)) == 1
     with pytest.raises(DatasetError, match=r"put together in Python"):
         verify(root, 1)
 
 
 @pytest.mark.gl
-def test_what_does_not_go_together_is_rejected(tmp_path: Path) -> None:
+def test_what_does_not_go_together_is_rejected(crate: Path, tmp_path: Path) -> None:
     first = shots()
     with pytest.raises(InputError, match=r"not open.*with ws.Writer"):
         ws.Writer(tmp_path / "a").write(first)
@@ -131,9 +137,9 @@ def test_what_does_not_go_together_is_rejected(tmp_path: Path) -> None:
         out.write(first)
         for wrong, words in (
             (shots(views=3), "3 shots, each scene before has 2"),
-            ([first[0], shots(1.0)[0]], "several scenes"),
+            ([first[0], shots(0.3)[0]], "several scenes"),
             (shots(camera=ws.Camera("kitti")), "other sensors"),
-            (shots(extra=write_crate(tmp_path)), "crate is new, but yolo.*objects"),
+            (shots(0.6, extra=crate), "crate is new, but yolo.*objects"),
         ):
             with pytest.raises(DatasetError, match=words):
                 out.write(wrong)

@@ -1,8 +1,12 @@
 """Two small datasets that every suite can run on: paired variants of each kind and a LiDAR; the same with occluders."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
-from warehouse_sim.benchmark.suite import DataConfig, Suite
+from tests.shared import Shared
+from warehouse_sim.benchmark.sets import made
+from warehouse_sim.benchmark.suite import ApproachConfig, DataConfig, Suite
 
 _PAIRED_VARIANTS = {
     "lights": [{"name": "dim 20 lx", "preset": "dim", "lux": 20}],
@@ -37,3 +41,19 @@ def shrunk(suite: Suite) -> Suite:
     conditions = {label: replace(item, data=name) for label, item in suite.evaluated.items()}
     driven = replace(suite.approach, recipes=("smoke",) if suite.approach.recipes else (), seed=3, episodes=1)
     return replace(suite, data=data, conditions=conditions, trainings={}, simulated_poses=3, approach=driven)
+
+
+def only_scored(suite: Suite) -> Suite:
+    """Return a suite that is shrunk and scores poses alone: nothing finds objects, and no truck drives."""
+    return replace(shrunk(suite), detectors=(), simulate=False, approach=ApproachConfig())
+
+
+def bench_folder(shared: Shared, out: Path) -> Path:
+    """Return ``out``, a folder of the benchmark that has the datasets of suites that are shrunk, and nothing else."""
+
+    def make(folder: Path) -> None:
+        for name, data in (("industrial", HIDDEN), ("smoke", FREE)):
+            made(name, data, folder, workers=1)
+
+    shutil.copytree(shared.made("bench", make) / "data", out / "data")
+    return out

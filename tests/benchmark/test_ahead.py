@@ -1,12 +1,13 @@
 """What several processes make before it is requested is what one would make, and is counted as made now."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from tests.benchmark.made import shrunk
+from tests.benchmark.made import bench_folder, only_scored
 from tests.dataset.toy import make_dataset
+from tests.shared import Shared
 from warehouse_sim.benchmark.ahead import make_ahead
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.run import RunConfig, run_suite
@@ -52,8 +53,9 @@ def test_one_process_or_one_task_is_not_worth_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.gl
-def test_two_processes_find_the_rows_of_one(tmp_path: Path) -> None:
-    suite = replace(shrunk(load_suite("industrial")), detectors=())
+def test_two_processes_find_the_rows_of_one(shared: Shared, tmp_path: Path) -> None:
+    suite = only_scored(load_suite("industrial"))
+    bench_folder(shared, tmp_path)
     alone = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=1))
     overwrite = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2, overwrite=True))
     kept = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2))

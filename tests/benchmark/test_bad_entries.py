@@ -1,39 +1,65 @@
-"""An entry of the command line that cannot be scored is listed with its reason, and the rest goes on."""
+"""``bench`` lists an entry of its command line that cannot be scored with the reason, and the rest goes on."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 
-from tests.benchmark.test_suites import shrunk
+from tests.benchmark.made import bench_folder, only_scored
+from tests.shared import Shared
+from warehouse_sim.benchmark.result import read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
+from warehouse_sim.cli.main import main
+from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import WarehouseSimError
 
-OWN = """
-from warehouse_sim import PoseEstimate
-class Mine:
+MINE = """
+class Silent:
     def estimate(self, image):
         return []
-class Fails:
+
+
+class Failing:
     def estimate(self, image):
-        raise RuntimeError("out of memory")
+        return 1 / 0
 """
+ROWS = "scene_id,im_id,obj_id,score,R,t,time\n"
+SAID = {
+    "short.csv": "not scored: short, ",
+    "nan.csv": "not scored: nan, ",
+    "gone.csv": "gone.csv: there is no such file",
+    "other.csv": "not scored: other, ",
+    "my.py:Failing": "my.py:Failing failed on scene 0, image 0: ZeroDivisionError: division by zero",
+    "my.py:Silnt": "(did you mean 'Silent'?)",
+    "gone.py:Mine": "gone.py: there is no such file",
+    "no-such-method": "no-such-method",
+}
 
 
 @pytest.mark.gl
-def test_bad_entries_are_listed_and_the_rest_is_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_entries_are_listed_and_the_rest_is_scored(
+    shared: Shared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("mine.py").write_text(OWN)
-    Path("bad.csv").write_text("scene_id,im_id,obj_id,score,R,t,time\n0,0,1,nan,1,2,3\n")
-    names = ("oracle", "bad.csv", "mine.py:Fails", "mine.py:Nobody", "no-such-method", "mine.py:Mine")
-    suite = shrunk(load_suite("industrial"))
-    result = run_suite(suite, names, config=RunConfig(tmp_path / "out", workers=1))
-    assert {row.estimator for row in result.rows if row.table == "scores"} == {"oracle", "mine.py:Mine"}
-    reasons = {item.estimator: item.reason for item in result.left_out}
-    assert reasons.keys() == {"bad", "mine.py:Fails", "mine.py:Nobody", "no-such-method"}
-    assert "bad.csv" in reasons["bad"]
-    assert "RuntimeError: out of memory" in reasons["mine.py:Fails"]
-    assert "Nobody" in reasons["mine.py:Nobody"]
+    suite = replace(only_scored(load_suite("lighting")), name="tiny")
+    Path("tiny.yaml").write_text(yaml.safe_dump(to_mapping(suite)), encoding="utf-8")
+    Path("my.py").write_text(MINE)
+    Path("short.csv").write_text("scene_id,im_id\n1,2,3\n")
+    Path("nan.csv").write_text(f"{ROWS}0,0,1,nan,1 0 0 0 1 0 0 0 1,0 0 1000,-1\n")
+    Path("other.csv").write_text(f"{ROWS}99,0,1,1.0,1 0 0 0 1 0 0 0 1,0 0 1000,-1\n")
+    out = bench_folder(shared, tmp_path / "bench")
+    command = ["bench", "tiny.yaml", "--workers", "1", "--out", str(out), "--estimators", "oracle", "my.py:Silent"]
+    assert main([*command, *SAID]) == 1
+    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("not scored: ")]
+    assert len(said) >= len(SAID)
+    for words in SAID.values():
+        assert any(words in line for line in said), words
+    result = read_result(out / "results" / "tiny.json")
+    assert {row.estimator for row in result.rows} == {"oracle", "my.py:Silent"}
+    assert all(str(tmp_path) not in item.reason for item in result.left_out)
+    assert main(command) == 0
 
 
 def test_a_single_bad_entry_is_an_error(tmp_path: Path) -> None:

@@ -6,14 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmark.made import BASELINES, shrunk
+from tests.benchmark.made import BASELINES, bench_folder, only_scored, shrunk
+from tests.shared import Shared
 from warehouse_sim.benchmark.disturbances import DISTURBANCES
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.sets import recipe_of
 from warehouse_sim.benchmark.suite import Suite, load_suite, quickened
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.errors import ConfigError, EvaluationError, UnknownNameError
+from warehouse_sim.errors import ConfigError, UnknownNameError
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import suite_names
 
@@ -52,18 +53,14 @@ def test_seeds_of_what_is_scored_are_those_of_nothing_that_is_bundled() -> None:
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("bench")
-
-
-def bounded(suite: Suite, out: Path) -> SuiteResult:
-    return run_suite(shrunk(suite), ("oracle", "shuffled"), config=RunConfig(out, workers=1))
+def out(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return bench_folder(shared, tmp_path_factory.mktemp("bench"))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("name", ON_IMAGES)
 def test_the_ground_truth_is_right_in_every_number_and_chance_is_not(name: str, out: Path) -> None:
-    result = bounded(SUITES[name], out)
+    result = run_suite(shrunk(SUITES[name]), ("oracle", "shuffled"), config=RunConfig(out, workers=1))
     gt = [row for row in result.rows if row.estimator == "oracle"]
     assert {row.table for row in gt} >= {"scores"}
     for row in gt:
@@ -76,47 +73,31 @@ def test_the_ground_truth_is_right_in_every_number_and_chance_is_not(name: str, 
         if row.metric != "found" and not row.metric.startswith("auc"):
             assert row.value <= 0.2, row
     assert not [item for item in result.left_out if item.estimator in ("oracle", "shuffled")]
+    whole = [row for row in result.rows if row.table == "scores" and row.group == "all"]
+    assert {row.scenes for row in whole} == {1}
+    assert all(np.ptp(row.interval) > 0.0 for row in whole), "one scene tells little, and the interval says so"
+    path = out / "results" / f"{name}.json"
+    assert read_result(path) == result
+    assert "[" in path.with_suffix(".md").read_text()
 
 
 @pytest.mark.gl
 def test_what_was_made_is_used_again_and_only_if_nothing_changed(out: Path) -> None:
-    suite = SUITES["industrial"]
-    first = bounded(suite, out)
-    again = bounded(suite, out)
-    evaluated = len(shrunk(suite).evaluated) * 2
+    suite = only_scored(SUITES["industrial"])
+
+    def rerun(suite: Suite, *who: str, overwrite: bool = False) -> SuiteResult:
+        return run_suite(suite, who or ("oracle", "shuffled"), config=RunConfig(out, 1, overwrite))
+
+    first, again = rerun(suite), rerun(suite)
+    evaluated = len(suite.evaluated) * 2
     assert (again.reused, again.rows) == (evaluated, first.rows)
-    more = run_suite(
-        shrunk(replace(suite, metrics=("found",))), ("oracle", "shuffled"), config=RunConfig(out, workers=1)
-    )
+    more = rerun(replace(suite, metrics=("found",)))
     assert more.reused == evaluated  # a metric is taken from the scores that are there
     name = next(iter(suite.evaluated))
     other = replace(suite, conditions={name: replace(suite.evaluated[name], disturb="boxes only")})
-    evaluated_again = run_suite(shrunk(other), ("rectangle-fit",), config=RunConfig(out, workers=1))
-    exact = run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, workers=1))
-    assert (evaluated_again.reused, exact.reused) == (0, 0)
-    assert run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, 1, overwrite=True)).reused == 0
-    assert run_suite(shrunk(suite), ("rectangle-fit",), config=RunConfig(out, 1)).reused == 1
-
-
-@pytest.mark.gl
-def test_a_result_is_read_back_as_it_was_and_a_changed_one_is_rejected(out: Path) -> None:
-    result = bounded(SUITES["industrial"], out)
-    path = out / "results" / "industrial.json"
-    assert read_result(path) == result
-    text = path.read_text()
-    for old, new in (
-        ('"quick": false', '"quick": "no"'),
-        ('"question"', '"qestion"'),
-        ('"value": 1.0', '"value": 0.2'),
-        ('"n": 6', '"n": 0'),
-    ):
-        if old not in text:
-            continue
-        broken = out / "broken.json"
-        broken.write_text(text.replace(old, new, 1))
-        with pytest.raises(EvaluationError, match=r"broken\.json"):
-            read_result(broken)
-    assert "[" in path.with_suffix(".md").read_text()
+    assert [rerun(item, "rectangle-fit").reused for item in (other, suite)] == [0, 0]
+    assert rerun(suite, "rectangle-fit", overwrite=True).reused == 0
+    assert rerun(suite, "rectangle-fit").reused == 1
 
 
 def test_a_suite_that_names_what_there_is_not_is_rejected(tmp_path: Path) -> None:
@@ -134,10 +115,3 @@ def test_a_suite_that_names_what_there_is_not_is_rejected(tmp_path: Path) -> Non
             load_suite(str(path))
     with pytest.raises(UnknownNameError, match="industrial"):
         load_suite("industriel")
-
-
-def test_rows_of_a_suite_are_counted_by_scene(out: Path) -> None:
-    result = bounded(SUITES["industrial"], out)
-    rows = [row for row in result.rows if row.table == "scores" and row.group == "all"]
-    assert {row.scenes for row in rows} == {1}
-    assert all(np.ptp(row.interval) > 0.0 for row in rows), "one scene tells little, and the interval says so"

@@ -38,7 +38,7 @@ def write_near_street(root: Path) -> Path:
 
 
 def run(name: str, data: Path, out: Path):
-    return run_suite(load_suite(name), EVALUATED, config=RunConfig(out), data=data)
+    return run_suite(load_suite(name), EVALUATED, config=RunConfig(out, workers=1), data=data)
 
 
 @pytest.mark.parametrize("name", ["multimodal", "selection", "lidar"])

@@ -8,7 +8,7 @@ import pytest
 from jaxtyping import Float
 
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
@@ -60,11 +60,10 @@ def test_nothing_is_to_be_seen_between_walls_and_roof(name: str) -> None:
 
 
 @pytest.mark.gl
-def test_no_pixel_of_an_open_dock_lacks_depth_or_an_instance() -> None:
+def test_no_pixel_of_an_open_dock_lacks_depth_or_an_instance(renderer: Renderer) -> None:
     scene, camera = docks(1.0, 0), load_recipe("dock_staging").sensors.make_camera()
-    with open_renderer() as renderer:
-        for view in scene.viewpoints:
-            renderer.load(scene.seen_from(view))
-            buffers = renderer.render(camera, view.T_world_camera)
-            assert np.all(buffers.depth > 0.0)
-            assert np.all(buffers.instance_mask > 0)
+    for view in scene.viewpoints:
+        renderer.load(scene.seen_from(view))
+        buffers = renderer.render(camera, view.T_world_camera)
+        assert np.all(buffers.depth > 0.0)
+        assert np.all(buffers.instance_mask > 0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.generation.test_generate import hashes
+from tests.shared import Shared, hashes
 
 pytestmark = pytest.mark.gl
 
@@ -23,21 +23,19 @@ def block(language: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def environment(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """An environment in which ``warehouse-sim`` is this code."""
     folder = tmp_path_factory.mktemp("bin")
     command = folder / "warehouse-sim"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m warehouse_sim "$@"\n')
     command.chmod(0o755)
     paths = {"PATH": f"{folder}:{os.environ['PATH']}", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    return {**os.environ, **paths, "RECIPE": "smoke"}
+    return {**os.environ, **paths, "RECIPE": str(shared.small)}
 
 
 @pytest.fixture(scope="module")
-def serial(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    root = tmp_path_factory.mktemp("serial") / "data"
-    run(["warehouse-sim", "generate", "smoke", "--seed", "0", "--out", str(root), "--workers", "1"], environment)
-    return hashes(root)
+def serial(shared: Shared) -> dict[str, str]:
+    return hashes(shared.dataset(shared.small))
 
 
 def run(command: list[str], environment: dict[str, str]) -> None:
@@ -70,7 +68,8 @@ def test_an_indexed_kubernetes_job_makes_the_dataset_of_one_run(environment, ser
     (container,) = job["template"]["spec"]["containers"]
     assert job["completionMode"] == "Indexed"
     assert job["completions"] == 2
-    values = {item["name"]: item["value"] for item in container["env"]} | {"RECIPE": "smoke", "OUT": str(tmp_path)}
+    values = {item["name"]: item["value"] for item in container["env"]}
+    values |= {"RECIPE": environment["RECIPE"], "OUT": str(tmp_path)}
     for index in range(job["completions"]):
         # https://kubernetes.io/docs/tasks/job/indexed-parallel-processing-static/
         values["JOB_COMPLETION_INDEX"] = str(index)

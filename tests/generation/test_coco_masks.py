@@ -29,9 +29,8 @@ def masks_that_decode(root: Path) -> int:
     return count
 
 
-def test_masks_of_the_smallest_recipe(tmp_path: Path) -> None:
-    generate(load_recipe("smoke"), tmp_path / "data", GenerateConfig(scenes=2, formats=("bop",)))
-    assert masks_that_decode(tmp_path / "data") >= 4
+def test_masks_of_the_smallest_recipe(shared) -> None:
+    assert masks_that_decode(shared.dataset(scenes=3)) >= 4
 
 
 @pytest.mark.slow

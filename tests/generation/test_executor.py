@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import descendants, left_after_kill
+from tests.shared import Shared
 from warehouse_sim.errors import SettleError, UnknownNameError, WorkerError
 from warehouse_sim.generation.executor import Work, make_scenes
 
@@ -156,8 +157,8 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
 
 
 @pytest.mark.gl
-def test_generate_leaves_no_process_behind_when_it_is_killed(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "warehouse_sim", "generate", "smoke", "--out", str(tmp_path / "data")]
+def test_generate_leaves_no_process_behind_when_it_is_killed(shared: Shared, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "warehouse_sim", "generate", str(shared.small), "--out", str(tmp_path / "data")]
     process = subprocess.Popen([*command, "--scenes", "500", "--workers", "2"], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     record = tmp_path / "data" / "scenes" / "000000.json"

@@ -11,7 +11,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, make_manifest, write_scene
 from tests.generation.test_executor import killed
-from tests.generation.test_generate import hashes
+from tests.shared import Shared, hashes
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
@@ -117,7 +117,7 @@ def test_a_dataset_does_without_a_scene_in_every_format_and_takes_it_up_again(
 
 @pytest.mark.gl
 def test_the_command_line_names_the_command_that_makes_a_failed_scene_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    shared: Shared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     prepare = generation.prepare_scene
 
@@ -128,7 +128,7 @@ def test_the_command_line_names_the_command_that_makes_a_failed_scene_alone(
 
     monkeypatch.setattr(generation, "prepare_scene", fail_at_1)
     root = tmp_path / "data"
-    command = ["generate", "smoke", "--out", str(root), "--scenes", "2", "--workers", "1", "--formats", "bop"]
+    command = ["generate", str(shared.small), "--out", str(root), "--scenes", "2", "--workers", "1", "--formats", "bop"]
     assert main([*command, "--skip-failed"]) == 0
     assert json.loads((root / "manifest.json").read_text())["missing"] == [1]
     skipping = capsys.readouterr().err

@@ -1,4 +1,3 @@
-import hashlib
 import json
 import os
 import signal
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import command_line, descendants
+from tests.shared import hashes
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
@@ -23,22 +23,14 @@ KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, pl
 pytestmark = pytest.mark.gl
 
 
-def hashes(root: Path) -> dict[str, str]:
-    """Content hash of every file under ``root`` by relative path."""
-    files = sorted(path for path in root.rglob("*") if path.is_file())
-    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
 @pytest.fixture(scope="module")
 def recipe():
     return load_recipe("smoke")
 
 
 @pytest.fixture(scope="module")
-def dataset(recipe, tmp_path_factory) -> Path:
-    root = tmp_path_factory.mktemp("smoke") / "data"
-    generate(recipe, root, GenerateConfig(scenes=3, seed=0))
-    return root
+def dataset(shared) -> Path:
+    return shared.dataset(scenes=3)
 
 
 def test_a_generated_dataset_passes_every_check(dataset) -> None:
@@ -52,12 +44,7 @@ def test_splits_share_no_scene_and_every_split_has_targets(dataset) -> None:
     assert all(any(image.targets for image in reader.images(split)) for split in scenes)
 
 
-def test_same_seed_same_bytes_also_with_two_workers(recipe, dataset, tmp_path) -> None:
-    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, seed=0, workers=2))
-    assert hashes(tmp_path / "again") == hashes(dataset)
-
-
-def test_a_worker_that_is_killed_changes_no_byte(recipe, dataset, tmp_path, caplog) -> None:
+def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(recipe, dataset, tmp_path, caplog) -> None:
     def kill_one() -> None:
         while not (workers := [pid for pid in descendants(os.getpid()) if "spawn_main" in command_line(pid)]):
             time.sleep(0.02)
@@ -65,20 +52,14 @@ def test_a_worker_that_is_killed_changes_no_byte(recipe, dataset, tmp_path, capl
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, seed=0, workers=2))
+    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, workers=2))
     killer.join()
     assert "was ended by SIGKILL" in caplog.text
     assert hashes(tmp_path / "again") == hashes(dataset)
 
 
-def test_another_seed_gives_other_scenes(recipe, dataset, tmp_path) -> None:
-    generate(recipe, tmp_path / "other", GenerateConfig(scenes=3, seed=1, formats=("bop",)))
-    before, after = hashes(dataset / "scenes"), hashes(tmp_path / "other" / "scenes")
-    assert all(before[name] != after[name] for name in before)
-
-
 def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
-    root, config = tmp_path / "data", GenerateConfig(scenes=3, seed=0)
+    root, config = tmp_path / "data", GenerateConfig(scenes=3)
     write_scene = DatasetStore.write_scene
 
     def killed_in_scene_1(self, scene, observations, *more, **named) -> None:
@@ -103,13 +84,12 @@ def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, d
     assert hashes(root) == hashes(dataset)
 
 
-def test_a_scene_alone_equals_the_same_scene_of_a_larger_dataset(recipe, dataset, tmp_path) -> None:
-    generate(recipe, tmp_path / "one", GenerateConfig(scenes=1, seed=0, formats=("bop",)))
-    one, all_ = hashes(tmp_path / "one" / "bop" / "train"), hashes(dataset / "bop" / "train" / "000000")
+def test_a_scene_alone_equals_the_same_scene_of_a_larger_dataset(shared, dataset) -> None:
+    one, all_ = hashes(shared.dataset(scenes=1) / "bop" / "train"), hashes(dataset / "bop" / "train" / "000000")
     assert {name.removeprefix("000000/"): value for name, value in one.items()} == all_
 
 
-def test_the_manifest_says_how_to_make_it_again(recipe, dataset) -> None:
+def test_the_manifest_says_how_to_make_it_again(dataset) -> None:
     manifest = json.loads((dataset / "manifest.json").read_text())
     assert manifest["seed"] == 0
     assert manifest["recipe"]["name"] == "smoke"

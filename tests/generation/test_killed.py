@@ -13,33 +13,25 @@ from pathlib import Path
 
 import pytest
 
-from tests.generation.test_generate import hashes
 from tests.processes import command_line, descendants, is_alive
+from tests.shared import Shared, hashes
 
 pytestmark = [pytest.mark.gl, pytest.mark.slow]
 
 MOMENTS = int(os.environ.get("WAREHOUSE_SIM_KILLS", "30"))
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-RECIPE = """\
-extends: smoke
-description: One small view a scene.
-scene: {observations_per_scene: 1}
-sensors: {camera: {width: 204, height: 62, focal_px: 120.0}}
-"""
 _log = logging.getLogger(__name__)
 FORMATS = ("kitti", "bop", "bop_webdataset", "coco")
 
 
-def command(folder: Path, root: Path) -> list[str]:
-    recipe = folder / "small.yaml"
-    recipe.write_text(RECIPE)
-    words = [sys.executable, "-m", "warehouse_sim", "generate", str(recipe), "--out", str(root), "--scenes", "6"]
-    return [*words, "--workers", "2", "--resume", "--formats", *FORMATS]
+def command(recipe: Path, root: Path) -> list[str]:
+    words = [sys.executable, "-m", "warehouse_sim", "generate", str(recipe), "--out", str(root)]
+    return [*words, "--scenes", "6", "--workers", "2", "--resume", "--formats", *FORMATS]
 
 
-def start(folder: Path, root: Path) -> subprocess.Popen:
+def start(recipe: Path, root: Path) -> subprocess.Popen:
     return subprocess.Popen(
-        command(folder, root), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command(recipe, root), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
 
 
@@ -78,14 +70,14 @@ def end(process: subprocess.Popen, started: set[int]) -> str:
     return said
 
 
-def test_thirty_kills_lose_nothing_and_leave_nothing(tmp_path: Path) -> None:
+def test_thirty_kills_lose_nothing_and_leave_nothing(shared: Shared, tmp_path: Path) -> None:
     whole, root = tmp_path / "whole", tmp_path / "data"
-    undisturbed = start(tmp_path, whole)
+    undisturbed = start(shared.small, whole)
     assert (end(undisturbed, set()), undisturbed.returncode)[1] == 0
     expected, most = hashes(whole), files(whole)
     rng, done, finished = random.Random(21), Counter[str](), 0
     while sum(done.values()) < MOMENTS:
-        process = start(tmp_path, root)
+        process = start(shared.small, root)
         # Files are counted, not seconds: a slow machine is struck at the same moments as a fast one.
         first = files(root)
         if wait_for_files(process, root, rng.randint(first, max(first, most))):
@@ -103,7 +95,7 @@ def test_thirty_kills_lose_nothing_and_leave_nothing(tmp_path: Path) -> None:
             assert hashes(root) == expected, done
             shutil.rmtree(root)
             finished += 1
-    last = start(tmp_path, root)
+    last = start(shared.small, root)
     assert (end(last, set()), last.returncode)[1] == 0
     assert hashes(root) == expected
     _log.info("%s; %d times to the end", dict(done), finished + 1)
@@ -123,16 +115,16 @@ cp -a "$DIR/data" "$LOG.data"
 """
 
 
-def test_a_full_and_a_read_only_disk_are_one_line_each_and_cost_nothing(tmp_path: Path) -> None:
+def test_a_full_and_a_read_only_disk_are_one_line_each_and_cost_nothing(shared: Shared, tmp_path: Path) -> None:
     disk, log, whole = tmp_path / "disk", tmp_path / "log", tmp_path / "whole"
     disk.mkdir()
     apart = ["unshare", "--user", "--map-root-user", "--mount"]
     if subprocess.run([*apart, "mount", "-t", "tmpfs", "tmpfs", str(disk)], capture_output=True).returncode:
         pytest.skip("this system mounts nothing in a namespace of its own")
-    subprocess.run(command(tmp_path, whole), check=True, capture_output=True)
+    subprocess.run(command(shared.small, whole), check=True, capture_output=True)
     taken = sum(path.stat().st_size for path in whole.rglob("*") if path.is_file())
     given = {"DIR": str(disk), "LOG": str(log), "SMALL": f"{taken // 2048}k"}
-    words = [*apart, "sh", "-c", FULL, "sh", *command(tmp_path, disk / "data")]
+    words = [*apart, "sh", "-c", FULL, "sh", *command(shared.small, disk / "data")]
     subprocess.run(words, check=True, env=os.environ | given, capture_output=True, timeout=900)
     for name, reason in (("full", "No space left on device"), ("readonly", "Read-only file system")):
         said = (tmp_path / f"log.{name}").read_text()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.generation.test_generate import hashes
+from tests.shared import hashes
 from warehouse_sim.cli.main import main
 
 KILLED_IN_SCENE_1 = """

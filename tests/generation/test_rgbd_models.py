@@ -12,7 +12,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.schema import Observation
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rig import SensorChoice
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gl
 
 
 @pytest.fixture(scope="module")
-def observed() -> Callable[[dict[str, Any]], Observation]:
+def observed(renderer: Renderer) -> Callable[[dict[str, Any]], Observation]:
     """Return what gives the first observation of the smoke recipe, read with other settings of the RGB-D camera."""
     recipe = load_recipe("smoke")
     scene = sample_settled_scene(recipe, 0, 0).scene
@@ -29,8 +29,7 @@ def observed() -> Callable[[dict[str, Any]], Observation]:
 
     def observe(plain: dict[str, Any]) -> Observation:
         variant = base_variant(scene, SensorChoice("", from_mapping(RgbdConfig, plain, "sensors: rgbd")))
-        with open_renderer() as renderer:
-            return next(observe_scene(scene, recipe.sensors, renderer, (variant,)))
+        return next(observe_scene(scene, recipe.sensors, renderer, (variant,)))
 
     return observe
 

@@ -1,5 +1,6 @@
 """Shipped rigs observe a settled scene: files and readings agree with each other and with the calibration."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -19,7 +20,7 @@ from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform, transform_points
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Observation, SceneSpec
 from warehouse_sim.sensors.lidar import scan
@@ -37,10 +38,15 @@ def scene_of(kind: str) -> SceneSpec:
     return scene
 
 
-def observe(rig: RigConfig, kind: str = "level") -> Observation:
-    scene = scene_of(kind)
-    with open_renderer() as renderer:
+@pytest.fixture(scope="module")
+def observe(renderer: Renderer) -> Callable[..., Observation]:
+    """Return what gives the first observation of a rig."""
+
+    def observed(rig: RigConfig, kind: str = "level") -> Observation:
+        scene = scene_of(kind)
         return next(observe_scene(replace(scene, viewpoints=scene.viewpoints[:1]), rig, renderer))
+
+    return observed
 
 
 def rig_of(name: str) -> RigConfig:
@@ -64,7 +70,7 @@ def same_instances(observation: Observation, sweep: LidarScan, T_camera_lidar: n
     ("name", "kind"),
     [("kitti", "level"), ("forklift_mast", "forklift_mast"), ("forklift_forks", "forklift_forks"), ("amr", "amr")],
 )
-def test_the_calibration_that_is_written_is_the_one_that_was_used(name: str, kind: str) -> None:
+def test_the_calibration_that_is_written_is_the_one_that_was_used(observe, name: str, kind: str) -> None:
     rig = rig_of(name)
     assert rig.lidar is not None
     observation = observe(replace(rig, lidar=rig.lidar.ideal()), kind)
@@ -86,7 +92,7 @@ def test_the_calibration_that_is_written_is_the_one_that_was_used(name: str, kin
         assert len(item.reading.points) > 20
 
 
-def test_further_sensors_leave_the_first_ones_as_they_are() -> None:
+def test_further_sensors_leave_the_first_ones_as_they_are(observe) -> None:
     alone, pair = observe(RigConfig()), observe(rig_of("kitti"))
     assert alone.lidar is not None
     assert pair.lidar is not None
@@ -97,7 +103,7 @@ def test_further_sensors_leave_the_first_ones_as_they_are() -> None:
     assert pair.stereo is not None
 
 
-def test_the_right_image_is_the_left_one_moved_by_the_true_disparity() -> None:
+def test_the_right_image_is_the_left_one_moved_by_the_true_disparity(observe) -> None:
     rig = rig_of("kitti")
     observation = observe(replace(rig, rgbd=replace(rig.rgbd, color=ColorConfig(noise_scale=0.0, exposure_error=0.0))))
     left, stereo = observation.buffers, observation.stereo
@@ -120,7 +126,7 @@ def test_the_right_image_is_the_left_one_moved_by_the_true_disparity() -> None:
     assert np.mean(np.abs(moved - left.rgb)[visible]) < 0.4 * np.mean(still)
 
 
-def test_matching_the_noisy_pair_is_right_where_there_is_texture() -> None:
+def test_matching_the_noisy_pair_is_right_where_there_is_texture(observe) -> None:
     observation = observe(rig_of("kitti"))
     assert observation.stereo is not None
     matched, true = observation.stereo.matched, observation.stereo.disparity
@@ -136,7 +142,7 @@ def with_rig(recipe: Recipe, rig: RigConfig) -> Recipe:
     return replace(recipe, sensors=rig, scene=replace(recipe.scene, observations_per_scene=1))
 
 
-def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
+def test_the_files_of_a_rig_pass_validation(observe, tmp_path) -> None:
     more = {"rear": {"lidar": "safety2d", "mount": {"carrier": "vehicle", "up": 0.3, "yaw_deg": 180}}}
     recipe = with_rig(
         load_recipe("smoke"), RigConfig.from_plain({"rig": "kitti", "lidars": more, "clean": True}, "here")
@@ -176,14 +182,15 @@ def test_the_files_of_a_rig_pass_validation(tmp_path) -> None:
     assert any("image_3" in check.detail for check in validate(tmp_path / "data") if not check.ok)
 
 
-def test_the_right_image_has_a_noise_stream_of_its_own_and_paired_variants_share_what_light_leaves_alone() -> None:
+def test_the_right_image_has_a_noise_stream_of_its_own_and_paired_variants_share_what_light_leaves_alone(
+    renderer,
+) -> None:
     rig, scene = rig_of("kitti"), scene_of("level")
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
     base = base_variant(scene, SensorChoice("", rig.rgbd))
     noisier = replace(base, name="another draw", noise_sample=1)
-    with open_renderer() as renderer:
-        first, paired_variant = observe_scene(scene, rig, renderer, (base, noisier))
-        (again,) = observe_scene(scene, rig, renderer)
+    first, paired_variant = observe_scene(scene, rig, renderer, (base, noisier))
+    (again,) = observe_scene(scene, rig, renderer)
     assert first.stereo is not None
     assert paired_variant.stereo is not None
     assert again.stereo is not None
@@ -193,17 +200,16 @@ def test_the_right_image_has_a_noise_stream_of_its_own_and_paired_variants_share
     assert first.readings["lidar"] is paired_variant.readings["lidar"]
 
 
-def test_a_sweep_is_bent_by_the_viewpoints_motion_if_requested() -> None:
+def test_a_sweep_is_bent_by_the_viewpoints_motion_if_requested(observe, renderer) -> None:
     scene = scene_of("level")
     moving = replace(scene.viewpoints[0], velocity=(1.5, 0.0, 0.0), yaw_rate=0.3)
     scene = replace(scene, viewpoints=(moving,))
     clouds = {}
-    with open_renderer() as renderer:
-        for motion in ("ignored", "raw"):
-            rig = RigConfig.from_plain({"camera": "kitti", "lidar": {"motion": motion}}, "here")
-            (observation,) = observe_scene(scene, rig, renderer)
-            assert observation.lidar is not None
-            clouds[motion] = observation.lidar
+    for motion in ("ignored", "raw"):
+        rig = RigConfig.from_plain({"camera": "kitti", "lidar": {"motion": motion}}, "here")
+        (observation,) = observe_scene(scene, rig, renderer)
+        assert observation.lidar is not None
+        clouds[motion] = observation.lidar
     still = observe(RigConfig()).lidar
     assert still is not None
     assert np.array_equal(clouds["ignored"].points, still.points)

@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 import yaml
 
 import warehouse_sim as ws
+from tests.shared import Shared
 from warehouse_sim.cli.main import main
 
 COMMANDS = yaml.safe_load(Path(__file__).with_name("commands.yaml").read_text(encoding="utf-8"))
@@ -18,9 +20,8 @@ pytestmark = pytest.mark.gl
 
 
 @pytest.fixture(scope="module")
-def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    root = tmp_path_factory.mktemp("hostile")
-    data = ws.generate("smoke", root / "data", scenes=1)
+def places(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    root, data = tmp_path_factory.mktemp("hostile"), shared.dataset(scenes=1)
     poses = root / "poses.csv"
     ws.predict("rectangle-fit", data, poses, split="all")
     (root / "old.csv").write_text("precious")
@@ -28,7 +29,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     header, *rows = poses.read_text().splitlines()
     (root / "metres.csv").write_text("\n".join([header, *map(in_metres, rows), ""]))
     files = {"poses": poses, "metres": root / "metres.csv", "old": root / "old.csv", "mine": root / "mine.py"}
-    return {"data": root / "data", **files}
+    return {"data": data, **files}
 
 
 def in_metres(row: str) -> str:
@@ -53,6 +54,7 @@ def test_a_wrong_command_gets_a_clear_answer(case: dict[str, Any], places, tmp_p
     assert (places["data"] / "manifest.json").is_file()
 
 
+@cache
 def settled() -> Any:
     scene = ws.Scene()
     scene.add("epal1", x=1.0)
@@ -158,6 +160,6 @@ def test_angles_that_look_like_radians_are_warned_of(tmp_path: Path, caplog: pyt
 
 def test_a_camera_on_a_mast_stands_at_the_height_that_is_asked(tmp_path: Path) -> None:
     recipe = ws.recipe("smoke", sensors=ws.Rig(camera="d435", on="forklift", height=1.2))
-    data = ws.generate(recipe, tmp_path / "out", scenes=2)
+    data = ws.generate(recipe, tmp_path / "out", scenes=1, formats="bop")
     heights = [obs.T_world_camera[2, 3] for obs in data]
     assert np.allclose(heights, 1.2)

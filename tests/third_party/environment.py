@@ -6,20 +6,48 @@ import subprocess
 import sys
 import sysconfig
 import venv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-COMMANDS = """
-import contextlib, io, json, sys
+SERVE = """
+import contextlib, io, json, os, sys
 from warehouse_sim.cli.main import main
-outcomes = []
-for command in json.loads(sys.argv[1]):
+for line in sys.stdin:
+    folder, given = json.loads(line)
+    os.chdir(folder)
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = main(command)
-    outcomes.append((code, said.getvalue()))
-print(json.dumps(outcomes))
+        code = main(given) if isinstance(given, list) else exec(given, {})
+    print(json.dumps([code or 0, said.getvalue()]), flush=True)
 """
+
+
+@dataclass(frozen=True)
+class Session:
+    """One process of an environment, which does one thing after another, as starting one takes seconds."""
+
+    process: subprocess.Popen
+
+    def command(self, *words: object, folder: Path, code: int = 0) -> str:
+        """Run a command of ``warehouse-sim`` and return what it prints; its exit code must be ``code``."""
+        return self._ask([str(item) for item in words], folder, code)
+
+    def program(self, text: str, folder: Path) -> str:
+        """Run a Python program and return what it prints."""
+        return self._ask(text, folder, 0)
+
+    def _ask(self, given: list[str] | str, folder: Path, code: int) -> str:
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps([str(folder), given]) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        assert answer, f"it ended: {given}"
+        found, said = json.loads(answer)
+        assert found == code, said
+        return said
 
 
 @dataclass(frozen=True)
@@ -55,31 +83,20 @@ class Environment:
         """Install the package of a folder; what it is built with comes from the environment around."""
         self.pip("install", "--quiet", "--no-deps", "--no-index", "--no-build-isolation", str(package))
 
-    def run_command(self, *arguments: object, folder: Path | None = None, code: int = 0) -> str:
-        """Run a command of ``warehouse-sim`` and return what it prints; its exit code must be ``code``."""
-        return self._run(("-m", "warehouse_sim", *map(str, arguments)), folder, code)
-
-    def run_commands(self, *commands: tuple[object, ...], folder: Path | None = None, code: int = 0) -> list[str]:
-        """Run commands one after another in one process, as starting one takes seconds; return what each prints.
-
-        Each must end with the exit code ``code``.
-        """
-        given = json.dumps([[str(item) for item in command] for command in commands])
-        outcomes = json.loads(self._run(("-c", COMMANDS, given), folder, 0).splitlines()[-1])
-        assert [found for found, _ in outcomes] == [code] * len(commands), outcomes
-        return [said for _, said in outcomes]
-
-    def script(self, text: str, folder: Path | None = None) -> str:
-        """Run a Python program and return what it prints."""
-        return self._run(("-c", text), folder, 0)
-
-    def _run(self, command: tuple[str, ...], folder: Path | None, code: int) -> str:
-        outcome = subprocess.run(
-            [str(self.python), *command],
-            capture_output=True,
-            text=True,
-            cwd=folder,
-            env=os.environ | {"OMP_NUM_THREADS": "1", "COLUMNS": "200"},
-        )
-        assert outcome.returncode == code, outcome.stdout[-4000:] + outcome.stderr[-4000:]
+    def run_command(self, *words: str) -> str:
+        """Run a command of ``warehouse-sim`` in a process of its own and return what it prints."""
+        command = [str(self.python), "-m", "warehouse_sim", *words]
+        outcome = subprocess.run(command, capture_output=True, text=True, env=_surroundings())
+        assert outcome.returncode == 0, outcome.stdout[-4000:] + outcome.stderr[-4000:]
         return outcome.stdout
+
+    @contextmanager
+    def session(self) -> Iterator[Session]:
+        """Start a process that does what it is told, until the block ends."""
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        with subprocess.Popen([str(self.python), "-c", SERVE], text=True, env=_surroundings(), **pipes) as process:
+            yield Session(process)
+
+
+def _surroundings() -> dict[str, str]:
+    return os.environ | {"OMP_NUM_THREADS": "1", "COLUMNS": "200"}

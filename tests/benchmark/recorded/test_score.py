@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_what_can_be_scored_is_and_the_rest_is_said(folder: Path, tmp_path: Path) -> None:
-    suite, config = load_suite("real"), RunConfig(tmp_path / "out")
+    suite, config = load_suite("real"), RunConfig(tmp_path / "out", workers=1)
     result = run_suite(suite, ("oracle", "shuffled", "rectangle-fit"), config=config, data=folder)
     docked = {row.estimator: row.value for row in result.rows if "masks: label, gravity: label" in row.condition}
     assert docked["oracle"] == 1.0
@@ -57,7 +57,7 @@ def test_without_a_folder_it_says_so_and_scores_nothing(tmp_path: Path) -> None:
 def test_malformed_labels_are_named(folder: Path, tmp_path: Path) -> None:
     labels = next((folder / "faces").glob("*/labels.json"))
     labels.write_text(labels.read_text().replace('"T_camera_dock"', '"T_camera"'))
-    result = run_suite(load_suite("real"), ("oracle",), config=RunConfig(tmp_path / "out"), data=folder)
+    result = run_suite(load_suite("real"), ("oracle",), config=RunConfig(tmp_path / "out", workers=1), data=folder)
     assert any("labels.json: is malformed" in item.reason for item in result.left_out)
 
 

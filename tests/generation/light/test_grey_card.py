@@ -6,7 +6,7 @@ import pytest
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import level_camera, make_transform
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.scene.lighting import exposure_of_ev
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, light_illuminance
 from warehouse_sim.schema import Light, Material, ObjectInstance, ObjectModel, Part, SceneSpec
@@ -40,10 +40,9 @@ def closed_form(lux: float, ev: float) -> float:
 @pytest.mark.parametrize(
     ("lux", "ev"), [(500.0, 5.0), (500.0, 6.5), (500.0, 8.0), (500.0, 9.5), (50.0, 4.0), (5000.0, 11.0)]
 )
-def test_a_grey_card_has_the_value_of_the_formula(lux: float, ev: float) -> None:
-    with open_renderer("raster") as renderer:
-        renderer.load(scene_under(lux, ev))
-        rgb = renderer.render(CAMERA, level_camera(np.array([0.0, 0.0, 2.0]), 0.0, -np.pi / 2)).rgb.astype(float)
+def test_a_grey_card_has_the_value_of_the_formula(renderer: Renderer, lux: float, ev: float) -> None:
+    renderer.load(scene_under(lux, ev))
+    rgb = renderer.render(CAMERA, level_camera(np.array([0.0, 0.0, 2.0]), 0.0, -np.pi / 2)).rgb.astype(float)
     patch = rgb[58:62, 78:82]
     assert np.ptp(patch) <= 2.0
     np.testing.assert_allclose(patch.mean(axis=(0, 1)), closed_form(lux, ev), atol=2.0)

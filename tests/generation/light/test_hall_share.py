@@ -10,7 +10,7 @@ from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import LightingConfig, PresetName
 
@@ -21,22 +21,21 @@ KEPT: tuple[PresetName, ...] = ("dim", "harsh", "failing")
 
 
 @pytest.fixture(scope="module")
-def contrast() -> Mapping[tuple[str, float], float]:
+def contrast(renderer: Renderer) -> Mapping[tuple[str, float], float]:
     """Return stops between the 5th and the 95th percentile, by preset and share: the mean of three views of a hall."""
     scene = sample_settled_scene(load_recipe("lighting_study"), 0, 0).scene
     scene = replace(scene, viewpoints=scene.viewpoints[:3])
     caster, found = RayCaster(scene), {}
-    with open_renderer("raster") as renderer:
-        for preset, fraction in [("nominal", 0.8), *((preset, fraction) for preset in KEPT for fraction in (0.0, 0.8))]:
-            config = LightingConfig(preset=preset, rows=2, luminaires=4, hall_fraction=fraction)
-            lit = light_scene(scene, config, caster, CAMERA, np.random.default_rng(0))
-            stops = []
-            for view in lit.viewpoints:
-                renderer.load(lit.seen_from(view))
-                grey = renderer.render(CAMERA, view.T_world_camera).rgb @ [0.2126, 0.7152, 0.0722]
-                dark, bright = np.percentile(grey, [5, 95]) + 4.0
-                stops.append(np.log2(bright / dark))
-            found[preset, fraction] = float(np.mean(stops))
+    for preset, fraction in [("nominal", 0.8), *((preset, fraction) for preset in KEPT for fraction in (0.0, 0.8))]:
+        config = LightingConfig(preset=preset, rows=2, luminaires=4, hall_fraction=fraction)
+        lit = light_scene(scene, config, caster, CAMERA, np.random.default_rng(0))
+        stops = []
+        for view in lit.viewpoints:
+            renderer.load(lit.seen_from(view))
+            grey = renderer.render(CAMERA, view.T_world_camera).rgb @ [0.2126, 0.7152, 0.0722]
+            dark, bright = np.percentile(grey, [5, 95]) + 4.0
+            stops.append(np.log2(bright / dark))
+        found[preset, fraction] = float(np.mean(stops))
     return found
 
 

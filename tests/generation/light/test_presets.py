@@ -11,7 +11,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting import PRESETS, LightingConfig
 from warehouse_sim.schema import Viewpoint
@@ -24,17 +24,16 @@ NOTICEABLE = {"brightness": 0.35, "contrast": 0.5, "warmth": 0.2, "variety": 0.3
 
 
 @pytest.fixture(scope="module")
-def statistics() -> dict[str, dict[str, float]]:
+def statistics(renderer: Renderer) -> dict[str, dict[str, float]]:
     # Without a roof: under one, the ends of a hall that is lit over its aisle alone are dark under every preset.
     recipe = load_recipe("demo")
     recipe = replace(recipe, scene=replace(recipe.scene, hall=replace(recipe.scene.hall, roof=False)))
     scene = replace(sample_settled_scene(recipe, 0, 0).scene, viewpoints=(VIEW,))
     caster, found = RayCaster(scene), {}
-    with open_renderer("raster") as renderer:
-        for preset in PRESETS:
-            lit = light_scene(scene, LightingConfig(preset=preset), caster, CAMERA, np.random.default_rng(0))
-            renderer.load(lit.seen_from(lit.viewpoints[0]))
-            found[preset] = _measure(renderer.render(CAMERA, VIEW.T_world_camera).rgb.astype(float))
+    for preset in PRESETS:
+        lit = light_scene(scene, LightingConfig(preset=preset), caster, CAMERA, np.random.default_rng(0))
+        renderer.load(lit.seen_from(lit.viewpoints[0]))
+        found[preset] = _measure(renderer.render(CAMERA, VIEW.T_world_camera).rgb.astype(float))
     return found
 
 

@@ -21,7 +21,7 @@ from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.physics.check import contact_state
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
@@ -64,19 +64,18 @@ def test_the_ranges_are_reached_in_turn(smoke_scene: Requested) -> None:
 
 
 @pytest.mark.gl
-def test_the_drawn_image_shows_the_fraction(smoke_scene: Requested) -> None:
+def test_the_drawn_image_shows_the_fraction(smoke_scene: Requested, renderer: Renderer) -> None:
     _, scene, report = smoke_scene
     camera = smoke().sensors.make_camera()
-    with open_renderer() as renderer:
-        renderer.load(scene)
-        for item, viewpoint in zip(report.requests, scene.viewpoints, strict=True):
-            T, targets = viewpoint.T_world_camera, [x for x in scene.instances if x.instance_id == item.target]
-            buffers = renderer.render(camera, T)
-            amodal_masks = renderer.amodal_masks(camera, T, targets)
-            (label,) = annotate(scene, camera, T, buffers, buffers.depth, amodal_masks, targets)
-            assert item.low <= label.visible_fraction <= item.high
-            assert label.visible_fraction == pytest.approx(item.reached, abs=0.006)
-            assert max(label.hidden_by, key=lambda kind: label.hidden_by[kind]) == item.kind
+    renderer.load(scene)
+    for item, viewpoint in zip(report.requests, scene.viewpoints, strict=True):
+        T, targets = viewpoint.T_world_camera, [x for x in scene.instances if x.instance_id == item.target]
+        buffers = renderer.render(camera, T)
+        amodal_masks = renderer.amodal_masks(camera, T, targets)
+        (label,) = annotate(scene, camera, T, buffers, buffers.depth, amodal_masks, targets)
+        assert item.low <= label.visible_fraction <= item.high
+        assert label.visible_fraction == pytest.approx(item.reached, abs=0.006)
+        assert max(label.hidden_by, key=lambda kind: label.hidden_by[kind]) == item.kind
 
 
 def test_what_was_there_stays_and_what_is_new_stands_clear(smoke_scene: Requested) -> None:

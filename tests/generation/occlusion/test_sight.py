@@ -6,7 +6,7 @@ from warehouse_sim.annotate import annotate
 from warehouse_sim.generation.occlusion.sight import Sight, look_at
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
@@ -47,13 +47,12 @@ def test_no_sight_of_what_reaches_behind_the_camera() -> None:
 
 
 @pytest.mark.gl
-def test_rays_measure_what_the_renderer_counts() -> None:
+def test_rays_measure_what_the_renderer_counts(renderer: Renderer) -> None:
     occluded = occluded_scene_of(hall(("person_medium_walking", 0.1, -2.0), ("drum_steel_216_blue", -0.6, -1.5)))
     scene = occluded.scene
-    with open_renderer() as renderer:
-        renderer.load(scene)
-        buffers = renderer.render(CAMERA, VIEW.T_world_camera)
-        amodal_masks = renderer.amodal_masks(CAMERA, VIEW.T_world_camera, scene.target_instances())
+    renderer.load(scene)
+    buffers = renderer.render(CAMERA, VIEW.T_world_camera)
+    amodal_masks = renderer.amodal_masks(CAMERA, VIEW.T_world_camera, scene.target_instances())
     (label,) = annotate(scene, CAMERA, VIEW.T_world_camera, buffers, buffers.depth, amodal_masks)
     assert 0.2 < label.visible_fraction < 0.9
     for rays, tolerance in ((600, 0.03), (4000, 0.006), (10**6, 0.004)):

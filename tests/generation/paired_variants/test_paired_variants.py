@@ -12,7 +12,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.paired_variants import PairedVariantsConfig, make_variants
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.schema import Observation, SceneSpec
 from warehouse_sim.sensors.rig import SensorChoice
 
@@ -32,7 +32,7 @@ def dimmed(scene: SceneSpec, settings: dict[str, Any]) -> SceneSpec:
 
 
 @pytest.fixture(scope="module")
-def made() -> tuple[int, dict[str, list[Observation]]]:
+def made(renderer: Renderer) -> tuple[int, dict[str, list[Observation]]]:
     """Return the id of the object that counts as the occluder, and the observations of each variant."""
     recipe = load_recipe("smoke")
     scene = sample_settled_scene(recipe, 0, 0).scene
@@ -46,10 +46,9 @@ def made() -> tuple[int, dict[str, list[Observation]]]:
         dimmed,
     )
     found: dict[str, list[Observation]] = {variant.name: [] for variant in variants}
-    with open_renderer() as renderer:
-        for number, observation in enumerate(observe_scene(scene, recipe.sensors, renderer, variants)):
-            assert observation.observation_index == number
-            found[observation.conditions.variant].append(observation)
+    for number, observation in enumerate(observe_scene(scene, recipe.sensors, renderer, variants)):
+        assert observation.observation_index == number
+        found[observation.conditions.variant].append(observation)
     assert {len(items) for items in found.values()} == {len(scene.viewpoints)}
     return occluder, found
 
@@ -149,17 +148,21 @@ def assert_same(first: Observation, paired_variant: Observation) -> None:
     assert np.array_equal(first.lidar.points, paired_variant.lidar.points)
 
 
-def test_only_what_a_views_own_request_put_there_is_gone() -> None:
+def test_only_what_a_views_own_request_put_there_is_gone(renderer: Renderer) -> None:
     """A scene of requests: outside of what is taken away no depth and no id changes, whatever others were given."""
-    study = load_recipe("occlusion_study")
-    small = {"width": 320, "height": 120, "focal_px": 190}
-    recipe = from_mapping(Recipe, to_mapping(study) | {"sensors": {"camera": small, "lidar": None}}, "here")
+    plain = to_mapping(load_recipe("smoke"))
+    plain["scene"]["observations_per_scene"] = 4
+    plain |= {
+        "sensors": {"camera": {"width": 320, "height": 120, "focal_px": 190}, "lidar": None},
+        "occlusion": {"visible_fraction": [{"min": 0.4, "max": 0.6}, {"min": 0.1, "max": 0.3}]},
+        "paired_variants": {"without_occluders": True},
+    }
+    recipe = from_mapping(Recipe, plain, "here")
     prepared = prepare_scene(recipe, 0, 0)
     assert prepared.occlusion is not None
     placed = [set(item.placed) for item in prepared.occlusion.requests]
     assert sum(map(bool, placed)) >= 2, "the scene must hold the occluders of several views"
-    with open_renderer() as renderer:
-        seen = list(observe_scene(prepared.scene, recipe.sensors, renderer, prepared.variants))
+    seen = list(observe_scene(prepared.scene, recipe.sensors, renderer, prepared.variants))
     count, uncovered = len(placed), 0
     others = 0
     for first, paired_variant, own in zip(seen[:count], seen[count:], placed, strict=True):
