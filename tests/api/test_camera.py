@@ -43,6 +43,7 @@ def test_pixels_that_are_not_square() -> None:
         (dict(width=640, height=480, focal_px=float("nan")), WarehouseSimError, ["focal_px"]),
         (dict(preset="kitti", depth="d4355"), UnknownNameError, ["depth camera", "'d4355'", "d435"]),
         (dict(preset="kitti", distortion={"k9": 1.0}), ConfigError, ["distortion", "k9"]),
+        (dict(preset="d435", hfov_deg=1.57), ConfigError, ["5-170 degrees"]),
     ],
 )
 def test_what_is_no_camera_is_an_error_in_one_line(settings: dict, error: type[Exception], words: list[str]) -> None:
@@ -66,3 +67,6 @@ def test_a_file_of_ros(tmp_path: Path) -> None:
     assert camera.rig.rgbd.depth == PRESETS["d435"]
     with pytest.raises(InputError, match="path"):
         Camera.from_file(3)  # type: ignore[arg-type]
+    path.write_text('{"seed": 1}')
+    with pytest.raises(WarehouseSimError, match=r"camera_info\.yaml"):
+        Camera.from_file(path)

@@ -85,6 +85,8 @@ def test_an_own_mesh_stands_on_the_floor_and_on_pallets_with_labels(tmp_path: Pa
         (lambda: ws.recipe("demo", lights="night"), InputError, ["did you mean 'light'"]),  # type: ignore[call-arg]
         (lambda: ws.recipe("demo", light="nigth"), InputError, ["light", "'night'", "'nigth'"]),  # type: ignore[arg-type]
         (lambda: ws.recipe("demo", visible=(0.6, 0.4)), ConfigError, ["visible_fraction", "min < max", "0.6"]),
+        (lambda: ws.recipe("demo", visible=(0.2, 2.0)), WarehouseSimError, ["0-1"]),
+        (lambda: ws.Rig(camera="d435_720"), WarehouseSimError, ["did you mean 'd435_720p'"]),
         (lambda: ws.recipe("demo", visible=0.5), InputError, ["visible", "0.5"]),  # type: ignore[arg-type]
         (lambda: ws.recipe("demo", settings={"scene": {"layuot": {}}}), ConfigError, ["layuot", "layout"]),
         (lambda: ws.recipe("demo", sensors="forklift_mats"), UnknownNameError, ["rig", "forklift_mast"]),

@@ -3,17 +3,30 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.scoring import evaluate, predict, report
 from warehouse_sim.errors import DatasetError, EvaluationError, InputError, UnknownNameError, WarehouseSimError
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.schema import PoseEstimate
 
 pytestmark = pytest.mark.gl
 
 
 def nothing(image: Any) -> list[Any]:
     return []
+
+
+def in_millimetres(image: RgbdImage) -> list[PoseEstimate]:
+    T = np.eye(4)
+    T[2, 3] = 3200.0
+    return [PoseEstimate(image.scene_id, image.image_id, 1, 1.0, T)]
+
+
+def ends(image: RgbdImage) -> list[PoseEstimate]:
+    raise SystemExit
 
 
 class Knowing:
@@ -70,6 +83,10 @@ def test_a_report_takes_datasets_scores_and_folders(data: Dataset, oracle: Any, 
         (lambda data: data.evaluate("front-ft"), UnknownNameError, "'front-ft'"),
         (lambda data: data.evaluate(lambda image: None), InputError, "must be a list of PoseEstimate, found None"),
         (lambda data: data.evaluate(lambda image: [3]), InputError, "estimate 0: must be a PoseEstimate, found 3"),
+        (lambda data: data.evaluate(lambda image: 1 / 0), WarehouseSimError, "ZeroDivisionError"),
+        (lambda data: data.evaluate(ends), WarehouseSimError, "SystemExit"),
+        (lambda data: data.evaluate(in_millimetres), WarehouseSimError, "give metres"),
+        (lambda data: RgbdImage.from_arrays(np.full((4, 4), 900.0), np.eye(3)), WarehouseSimError, "metres"),
         (lambda data: data.evaluate(nothing, split="tset"), DatasetError, "did you mean 'test'?"),
         (lambda data: data[:2].evaluate(nothing, split="test"), WarehouseSimError, "'test' has no images; train has"),
         (lambda data: evaluate([], data[:2], split="test"), EvaluationError, "has no images; choose another, or all"),

@@ -31,26 +31,3 @@ def test_a_scene_becomes_mjcf_with_a_carriage(tmp_path: Path, capsys: pytest.Cap
     mujoco.mj_forward(model, data)
     assert data.sensor("tips_in_dock").data[0] == pytest.approx(-0.4, abs=1e-3)
     assert model.cam("camera_000").id == 0
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("glb", "x.xml"), "glb is written to a file named .glb"),
-        (("usd", "x.glb"), "usd is written to a file named .usd or .usda or .usdc"),
-        (("glb", "x.glb", "--carriage", "48"), "only mjcf has one; choose --to mjcf"),
-        (("mjcf", "x.xml", "--carriage", "pallet"), "--carriage 'pallet' starts with no instance id"),
-        (("mjcf", "x.xml", "--carriage", "48", "--carriage-distance", "-1"), "distance must be 0.01-20 m, found -1"),
-        (("mjcf", "x.xml", "--carriage", "9" * 30), "pallet must be"),
-        (("mjcf", "x.xml", "--carriage", "48:up"), "face 'up' of object 48 has no pockets; known: "),
-    ],
-)
-def test_what_cannot_be_exported_is_one_clear_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], message
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["export-scene", "smoke", "--to", words[0], "--out", *words[1:]]) == 2
-    error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert error.startswith("error: ")
-    assert message in error
-    assert not list(tmp_path.iterdir())

@@ -51,28 +51,6 @@ def test_a_split_without_images_names_those_with_images(
     assert "--split all" in said
 
 
-@pytest.mark.parametrize(
-    ("options", "named"),
-    [
-        (["--refine", "verify"], "leave --refine out"),
-        (["--selection", "consensus", "--time-of-flight"], "leave --selection and --time-of-flight out"),
-        (["--refiner-iterations", "1"], "leave --refiner-iterations out"),
-        (["--icp.points", "100"], "leave --icp out"),
-        (["--tracking.max-age", "5"], "--tracking changes only what --track filters"),
-        (["--exec-timeout", "5"], "--exec-timeout is of the program of --exec"),
-        (["--objects", "epal9"], "under --objects 'epal9'"),
-        (["--detections", "gtt"], "did you mean 'gt'"),
-        (["--detections", "cluster"], "cluster segments objects in boxes"),
-    ],
-)
-def test_an_option_that_changes_nothing_is_named(
-    toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], named: str
-) -> None:
-    command = ["predict", "rectangle-fit", "--data", str(toy_root), "--out", str(tmp_path / "p.csv"), *options]
-    assert main(command) == 2
-    assert named in capsys.readouterr().err
-
-
 def test_a_gpu_that_is_not_there_is_said(
     toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
