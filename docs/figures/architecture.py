@@ -6,6 +6,7 @@ python -m docs.figures.architecture
 import ast
 import tomllib
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,6 +26,7 @@ def room_of(module: str) -> str:
     return (module.removeprefix(PACKAGE).lstrip(".") or "__init__").split(".")[0]
 
 
+@cache
 def imports() -> Counter[tuple[str, str]]:
     """Return how many import statements lead from one room to another; those for type checkers alone count, too."""
     found: Counter[tuple[str, str]] = Counter()

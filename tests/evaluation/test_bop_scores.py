@@ -88,20 +88,6 @@ def test_vsd_of_a_plate_is_the_share_of_pixels_that_differ():
     assert vsd(near, true, half, camera, 1.0, (0.1,)) == pytest.approx([0.0])
 
 
-def test_evaluate_stores_them_when_requested(tmp_path, data):
-    pose_csv.write(tmp_path / "gt_made.csv", estimates_of(data))
-    plain = evaluate(tmp_path / "gt_made.csv", data, "test")
-    evaluated = evaluate(tmp_path / "gt_made.csv", data, "test", bop=True)
-    assert plain.bop is None
-    assert "bop" not in plain.to_plain()
-    assert evaluated.bop == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
-    assert any(
-        line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in evaluated.summary()
-    )
-    write_scores(evaluated, tmp_path / "scores")
-    assert read_scores(tmp_path / "scores").bop == evaluated.bop
-
-
 def by_surface(data: Path, estimates) -> BopScores:
     """Score where the sensor sees each object alone, as it truly is, in every image."""
     reader = DatasetReader(data)
@@ -156,14 +142,17 @@ def test_shuffled_poses_score_at_chance(data, tmp_path):
         assert metrics[name] == 0.0, name
 
 
-def test_evaluate_adds_vsd_on_request(data, tmp_path):
+def test_evaluate_adds_them_and_vsd_on_request(data, tmp_path):
     path = tmp_path / "gt_made-test.csv"
     pose_csv.write(path, estimates_of(data))
-    evaluated = evaluate(path, data, "test", vsd=True)
-    assert evaluated.bop is not None
-    assert evaluated.bop.ar_mssd == 1.0
-    assert evaluated.bop.ar_vsd is not None
-    write_scores(evaluated, tmp_path / "scores")
-    assert read_scores(tmp_path / "scores").bop == evaluated.bop
-    assert "AR 100.0 % by VSD" in "\n".join(evaluated.summary())
-    assert evaluate(path, data, "test", bop=True).bop == replace(evaluated.bop, ar_vsd=None, ar=None)
+    plain, bop, vsd = (evaluate(path, data, "test", **asked) for asked in ({}, {"bop": True}, {"vsd": True}))
+    assert plain.bop is None
+    assert "bop" not in plain.to_plain()
+    assert vsd.bop is not None
+    assert vsd.bop.ar_vsd is not None
+    assert bop.bop == replace(vsd.bop, ar_vsd=None, ar=None) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
+    assert any(line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in bop.summary())
+    assert "AR 100.0 % by VSD" in "\n".join(vsd.summary())
+    for name, scores in (("bop", bop), ("vsd", vsd)):
+        write_scores(scores, tmp_path / name)
+        assert read_scores(tmp_path / name).bop == scores.bop

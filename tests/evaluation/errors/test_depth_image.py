@@ -9,7 +9,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z
 
-CAMERA = PinholeCamera(80, 60, 70.0, 74.0, 37.3, 31.9)
+CAMERA = PinholeCamera(48, 36, 42.0, 44.4, 22.3, 19.1)
 
 
 def by_rays(mesh: TriangleMesh, T: np.ndarray, camera: PinholeCamera) -> np.ndarray:
@@ -45,7 +45,7 @@ def test_depth_is_that_of_rays_through_pixel_centres(mesh: TriangleMesh, place, 
     T = make_transform(turn, np.array(place))
     sampled, exact = depth_of(mesh, T, CAMERA), by_rays(mesh, T, CAMERA)
     differ = (sampled > 0) != (exact > 0)
-    assert differ.mean() < 1e-3  # rays along an edge
+    assert differ.mean() < 2e-3  # rays along an edge
     both = (sampled > 0) & (exact > 0)
     assert both.any() == (place[2] > 0)
     assert np.abs(sampled - exact)[both & ~differ].max(initial=0.0) < 1e-6
