@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -36,14 +37,22 @@ class File:
         return self.path.write_text("made")
 
 
-def test_what_cannot_be_made_is_left_and_all_else_is_made(tmp_path: Path) -> None:
+def test_what_cannot_be_made_is_left_and_all_else_is_made_as_a_suite_makes_it(tmp_path: Path) -> None:
+    training = TrainingConfig("densefusion-pointcloud", ("toy",), (2, 4), (0,), {"batch": 4})
+    data, out, files = {"toy": make_dataset(tmp_path / "data")}, tmp_path / "out", tmp_path / "files"
+    files.mkdir()
     problems = {1: TrainingError("there is nothing to write"), 4: ValueError("a plug-in errs")}
-    tasks = [File(tmp_path / str(number), problems.get(number)) for number in range(5)]
+    tasks: list[Any] = [File(files / str(number), problems.get(number)) for number in range(5)]
     tasks[2].make()
+    tasks += trainings_of("cloud", training, data, out)
     seen: list[tuple[int, int]] = []
-    assert make_ahead(tasks, 2, lambda done, total: seen.append((done, total))) == {0, 3}
-    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    assert sorted(item.name for item in tmp_path.iterdir()) == ["0", "2", "3"]
+    assert make_ahead(tasks, 2, lambda done, total: seen.append((done, total))) == {0, 3, 5, 6}
+    assert seen == [(number, 6) for number in range(1, 7)]
+    assert sorted(item.name for item in files.iterdir()) == ["0", "2", "3"]
+    groups = list(trained("cloud", training, data, out))
+    assert [group.name for group in groups] == ["cloud@2", "cloud@4"]
+    list(trained("cloud", training, data, tmp_path / "alone"))
+    assert _weights(out) == _weights(tmp_path / "alone")
 
 
 def test_one_process_or_one_task_is_not_worth_it(tmp_path: Path) -> None:
@@ -61,17 +70,6 @@ def test_two_processes_find_the_rows_of_one(shared: Shared, tmp_path: Path) -> N
     kept = run_suite(suite, WHO, config=RunConfig(tmp_path, workers=2))
     assert alone.rows == overwrite.rows == kept.rows
     assert (alone.reused, overwrite.reused, kept.reused) == (0, 0, len(WHO) * len(suite.evaluated))
-
-
-def test_trainings_side_by_side_are_those_of_a_suite(tmp_path: Path) -> None:
-    training = TrainingConfig("densefusion-pointcloud", ("toy",), (2, 4), (0,), {"batch": 4})
-    data, out = {"toy": make_dataset(tmp_path / "data")}, tmp_path / "out"
-    tasks = trainings_of("cloud", training, data, out)
-    assert make_ahead(tasks, 2) == {0, 1}
-    groups = list(trained("cloud", training, data, out))
-    assert [group.name for group in groups] == ["cloud@2", "cloud@4"]
-    list(trained("cloud", training, data, tmp_path / "alone"))
-    assert _weights(out) == _weights(tmp_path / "alone")
 
 
 def _weights(out: Path) -> dict[str, bytes]:

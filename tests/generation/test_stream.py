@@ -15,6 +15,7 @@ from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.stream import stream
 from warehouse_sim.schema import Observation
+from warehouse_sim.sensors.rig.camera import CameraConfig
 
 pytestmark = pytest.mark.gl
 
@@ -22,7 +23,8 @@ pytestmark = pytest.mark.gl
 @pytest.fixture(scope="module")
 def recipe() -> Recipe:
     smoke = load_recipe("smoke")
-    return replace(smoke, sensors=replace(smoke.sensors, clean=True))
+    camera = CameraConfig(width=408, height=124, focal_px=240.0)
+    return replace(smoke, sensors=replace(smoke.sensors, clean=True, camera=camera))
 
 
 @pytest.fixture(scope="module")
