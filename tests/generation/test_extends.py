@@ -8,7 +8,7 @@ import yaml
 from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.extends import overlay
-from warehouse_sim.generation.plan import GenerateConfig, draft_manifest
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.distribution import Distribution
@@ -166,7 +166,7 @@ def test_a_dataset_of_an_extended_recipe_is_described_as_a_copys(tmp_path: Path)
     for folder, text in (("extended", f"extends: smoke\n{settings}"), ("copy", yaml.safe_dump(copy))):
         (tmp_path / folder).mkdir()
         recipe = load_recipe(recipe_file(tmp_path / folder, text))
-        found.append((recipe, draft_manifest(recipe, GenerateConfig(scenes=1))))
+        found.append((recipe, plan_dataset(recipe, GenerateConfig(scenes=1)).manifest))
     assert found[0] == found[1]
 
 
