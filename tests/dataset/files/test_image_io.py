@@ -12,7 +12,7 @@ from warehouse_sim.dataset.files.image_io import (
     encode_instance_mask,
     encode_mask,
     encode_rgb,
-    png_size_wh,
+    image_size_wh,
 )
 from warehouse_sim.errors import DatasetError
 
@@ -24,7 +24,7 @@ def test_rgb_round_trip_and_channel_order_in_the_file(tmp_path: Path) -> None:
     assert np.array_equal(decode_rgb(path), rgb)
     # OpenCV reads files as BGR: the file itself must hold red first.
     assert np.array_equal(cv2.imread(str(path))[..., ::-1], rgb)
-    assert png_size_wh(path) == (23, 17)
+    assert image_size_wh(path) == (23, 17)
 
 
 @pytest.mark.parametrize("steps_per_metre", [1000.0, 256.0])
@@ -120,7 +120,7 @@ def test_images_of_the_wrong_kind_are_rejected(tmp_path: Path, decode, image: np
 
 
 @pytest.mark.parametrize("content", [b"", b"no image", None])
-@pytest.mark.parametrize("decode", [decode_rgb, decode_depth, decode_mask, png_size_wh])
+@pytest.mark.parametrize("decode", [decode_rgb, decode_depth, decode_mask, image_size_wh])
 def test_unreadable_files_are_named(tmp_path: Path, decode, content: bytes | None) -> None:
     if content is not None:
         (tmp_path / "a.png").write_bytes(content)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.errors import DatasetError
 
 
@@ -17,18 +18,6 @@ def read_text(path: Path) -> str:
         return read_bytes(path).decode("ascii")
     except UnicodeDecodeError as problem:
         raise DatasetError(f"{path}: holds something else than ASCII text ({problem.reason})") from problem
-
-
-def read_bytes(path: Path) -> bytes:
-    """Read a file.
-
-    Raises:
-        DatasetError: It cannot be read.
-    """
-    try:
-        return path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror})") from problem
 
 
 _KEPT = 100

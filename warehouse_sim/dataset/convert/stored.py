@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Int32
@@ -10,7 +11,7 @@ from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.dataset.stored.observation_record import RecordedObservation, RecordedTarget
+from warehouse_sim.dataset.stored.observation_record import OF_VIEWPOINT, RecordedObservation, RecordedTarget
 from warehouse_sim.dataset.stored.scene_record import RecordedObject, SceneRecord
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.schema import (
@@ -126,17 +127,8 @@ def _measured(annotation: ObjectAnnotation, recorded: RecordedTarget | None) -> 
 
 
 def _viewpoint(recorded: RecordedObservation) -> Viewpoint:
-    return Viewpoint(
-        T_world_camera=recorded.T_world_camera,
-        kind=recorded.kind,
-        T_world_vehicle=recorded.T_world_vehicle,
-        velocity=recorded.velocity,
-        yaw_rate=recorded.yaw_rate,
-        time=recorded.time,
-        sequence=recorded.sequence,
-        target=recorded.target,
-        visible_request=recorded.visible_request,
-    )
+    told: dict[str, Any] = {name: getattr(recorded, name) for name in OF_VIEWPOINT}
+    return Viewpoint(T_world_camera=recorded.T_world_camera, **told)
 
 
 _NO_SIZE = np.zeros(3)
@@ -167,42 +159,35 @@ def recorded_scene(record: SceneRecord, targets: tuple[str, ...], models: Mappin
         targets: Class names whose objects have labels.
         models: Geometry of the targets by obj_id.
     """
-    return SceneSpec(
-        scene_index=record.scene_index,
-        seed=record.seed,
-        models={item.model: models.get(item.obj_id) or _shapeless(item) for item in record.objects},
-        materials={},
-        instances=tuple(
-            ObjectInstance(item.instance_id, item.model, item.T_world_object, group=item.group, paint=item.paint)
-            for item in record.objects
-        ),
-        lights=(),
-        viewpoints=(),
-        targets=targets,
-        settled=True,
+    instances = tuple(
+        ObjectInstance(item.instance_id, item.model, item.T_world_object, group=item.group, paint=item.paint)
+        for item in record.objects
     )
+    found = {item.model: models.get(item.obj_id) or _shapeless(item) for item in record.objects}
+    return _scene(record.scene_index, record.seed, found, instances, targets)
 
 
 def scene_of_image(image: ImageRecord, scene_index: int, models: Mapping[int, ObjectModel]) -> SceneSpec:
     """Return the scene of a single image: its targets, where they are in the camera's world."""
     found = {models[target.obj_id].name: models[target.obj_id] for target in image.targets}
-    return SceneSpec(
-        scene_index=scene_index,
-        seed=0,
-        models=found,
-        materials={},
-        instances=tuple(
-            ObjectInstance(
-                instance_id(target), models[target.obj_id].name, image.T_world_camera @ target.T_camera_object
-            )
-            for target in sorted(image.targets, key=instance_id)
-            if target.has_pose
-        ),
-        lights=(),
-        viewpoints=(),
-        targets=tuple(sorted({model.class_name for model in models.values()})),
-        settled=True,
+    instances = tuple(
+        ObjectInstance(instance_id(target), models[target.obj_id].name, image.T_world_camera @ target.T_camera_object)
+        for target in sorted(image.targets, key=instance_id)
+        if target.has_pose
     )
+    classes = sorted({model.class_name for model in models.values()})
+    return _scene(scene_index, 0, found, instances, tuple(classes))
+
+
+def _scene(
+    index: int,
+    seed: int,
+    models: dict[str, ObjectModel],
+    instances: tuple[ObjectInstance, ...],
+    targets: tuple[str, ...],
+) -> SceneSpec:
+    """Return a settled scene of which nothing is known but what stands in it."""
+    return SceneSpec(index, seed, models, {}, instances, lights=(), viewpoints=(), targets=targets, settled=True)
 
 
 def _shapeless(item: RecordedObject) -> ObjectModel:

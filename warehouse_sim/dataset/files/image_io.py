@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int32, UInt8, UInt16
 
+from warehouse_sim.dataset.files.extent import Source, read_bytes, where_of
 from warehouse_sim.dataset.files.png import encode_png, png_header_size_wh, require_whole_png
 from warehouse_sim.errors import DatasetError
 
@@ -99,22 +100,19 @@ def encode_disparity(disparity: Float32[np.ndarray, "h w"]) -> bytes:
     return encode_png(np.where(steps <= _LARGEST, steps, 0).astype(np.uint16), "up")
 
 
-def decode_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+def decode_rgb(source: Source) -> UInt8[np.ndarray, "h w 3"]:
     """Read an 8-bit colour PNG as RGB."""
-    return rgb_of_png(_content(path), str(path))
-
-
-def rgb_of_png(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
-    """Return the RGB image of an 8-bit colour PNG; ``where`` names it in errors."""
-    image = _png_pixels(data, where)
+    image = _png_pixels(source)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
-        raise DatasetError(f"{where}: expected an 8-bit colour image, found {image.dtype} of shape {image.shape}")
+        raise DatasetError(
+            f"{where_of(source)}: expected an 8-bit colour image, found {image.dtype} of shape {image.shape}"
+        )
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
 def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     """Read an 8-bit mask PNG; other values than 0 and 255 are an error."""
-    image = _png_pixels(_content(path), str(path))
+    image = _png_pixels(path)
     if image.dtype != np.uint8 or image.ndim != 2:
         raise DatasetError(f"{path}: expected an 8-bit mask, found {image.dtype} of shape {image.shape}")
     mask = image == 255
@@ -123,95 +121,62 @@ def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     return mask
 
 
-def decode_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
+def decode_depth(source: Source) -> UInt16[np.ndarray, "h w"]:
     """Read a 16-bit depth PNG in the file's own steps, 0 = no reading."""
-    return depth_of_png(_content(path), str(path))
-
-
-def depth_of_png(data: bytes, where: str) -> UInt16[np.ndarray, "h w"]:
-    """Return the depth of a 16-bit PNG in the file's own steps, 0 = no reading; ``where`` names it in errors."""
-    image = _png_pixels(data, where)
+    image = _png_pixels(source)
     if image.dtype != np.uint16 or image.ndim != 2:
-        raise DatasetError(f"{where}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
+        raise DatasetError(f"{where_of(source)}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
     return image
 
 
-def decode_any_rgb(path: Path) -> UInt8[np.ndarray, "h w 3"]:
-    """Read an 8-bit image, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
-    return any_rgb(_content(path), str(path))
-
-
-def any_rgb(data: bytes, where: str) -> UInt8[np.ndarray, "h w 3"]:
-    """Return a third-party 8-bit image as RGB; ``where`` names it in errors, its ending says what it is."""
-    image = _any_pixels(data, where)
+def decode_any_rgb(source: Source) -> UInt8[np.ndarray, "h w 3"]:
+    """Read a third-party 8-bit image, PNG, JPEG or TIFF, as RGB; grey fills all channels, alpha is left out."""
+    image = _any_pixels(source)
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
-        raise DatasetError(f"{where}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}")
+        raise DatasetError(
+            f"{where_of(source)}: expected an 8-bit colour or grey image, found {image.dtype} {image.shape}"
+        )
     if image.ndim == 2 or image.shape[2] == 1:
         return np.repeat(image.reshape(*image.shape[:2], 1), 3, axis=2)
     return cv2.cvtColor(np.ascontiguousarray(image[..., :3]), cv2.COLOR_BGR2RGB)
 
 
-def decode_any_depth(path: Path) -> np.ndarray:
+def decode_any_depth(source: Source) -> np.ndarray:
     """Read a depth image made by third parties, PNG or TIFF, in the file's own steps, 0 = no reading."""
-    return any_depth(_content(path), str(path))
-
-
-def any_depth(data: bytes, where: str) -> np.ndarray:
-    """Return a third-party depth image in its own steps, 0 = no reading; ``where`` as for ``any_rgb``."""
-    image = _any_pixels(data, where)
+    image = _any_pixels(source)
     if image.ndim != 2 or image.dtype.kind not in "uf" or not np.isfinite(image).all() or image.min(initial=0) < 0:
-        raise DatasetError(f"{where}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
+        raise DatasetError(f"{where_of(source)}: expected depth in one channel >= 0, found {image.dtype} {image.shape}")
     return image
 
 
 def decode_any_mask(path: Path) -> Bool[np.ndarray, "h w"]:
     """Read a mask made by third parties: set where any channel is not 0."""
-    image = _any_pixels(_content(path), str(path))
+    image = _any_pixels(path)
     found: Bool[np.ndarray, "h w"] = np.any(image.reshape(*image.shape[:2], -1), axis=2)
     return found
 
 
-def image_size_wh(path: Path) -> tuple[int, int]:
-    """Return width and height of an image made by third parties."""
-    if path.suffix.lower() == ".png":
-        return png_size_wh(path)
-    return any_size_wh(_content(path), str(path))
-
-
-def any_size_wh(data: bytes, where: str) -> tuple[int, int]:
-    """Return width and height of a third-party image; ``where`` as for ``any_rgb``."""
+def image_size_wh(source: Source) -> tuple[int, int]:
+    """Return width and height of an image; of a PNG from its header, without decoding it."""
+    where = where_of(source)
     if where.lower().endswith(".png"):
-        return png_header_size_wh(data[:24], where)
-    height, width = _any_pixels(data, where).shape[:2]
+        return png_header_size_wh(read_bytes(source, 24), where)
+    height, width = _any_pixels(source).shape[:2]
     return width, height
 
 
-def png_size_wh(path: Path) -> tuple[int, int]:
-    """Return width and height of a PNG from its header, without decoding it."""
-    try:
-        with open(path, "rb") as file:
-            header = file.read(24)
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-    return png_header_size_wh(header, str(path))
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-
-
-def _png_pixels(data: bytes, where: str) -> np.ndarray:
+def _png_pixels(source: Source) -> np.ndarray:
     # OpenCV draws what it can of a damaged file and says nothing; it also allocates whatever a header requires.
+    data, where = read_bytes(source), where_of(source)
     require_whole_png(data, where)
     return _pixels(data, where)
 
 
-def _any_pixels(data: bytes, where: str) -> np.ndarray:
+def _any_pixels(source: Source) -> np.ndarray:
+    where = where_of(source)
     if where.lower().endswith(".png"):
-        return _png_pixels(data, where)
+        return _png_pixels(source)
+    data = read_bytes(source)
     if where.lower().endswith((".jpg", ".jpeg")) and _END_OF_JPEG not in data[-_TRAILER:]:
         raise DatasetError(f"{where}: is a damaged JPEG image, its end is missing; copy it again")
     return _pixels(data, where)

@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.dataset.files.extent import Source, read_bytes, where_of
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import write_bytes
 
@@ -35,31 +36,15 @@ def write_json(path: Path, data: Any, depth: int = 1) -> None:
     write_bytes(path, text.encode("utf-8"), durable=True)
 
 
-def read_json(path: Path) -> Any:
-    """Read a JSON file.
+def read_json(source: Source) -> Any:
+    """Read a JSON file in UTF-8, or a part of a file.
 
     Raises:
         DatasetError: The file is missing, is not JSON, nests too deeply, or holds a number beyond 64 bits.
     """
+    where = where_of(source)
     try:
-        data = path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); {_ADVICE}") from problem
-    return parse_json(data, str(path))
-
-
-def parse_json(content: bytes, where: str) -> Any:
-    """Return the data of a JSON text.
-
-    Args:
-        content: The text in UTF-8.
-        where: The file, or the member of an archive, for the message.
-
-    Raises:
-        DatasetError: It is not JSON, nests too deeply, or holds a number beyond 64 bits.
-    """
-    try:
-        text = content.decode("utf-8")
+        text = read_bytes(source).decode("utf-8")
     except UnicodeDecodeError as problem:
         raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
     # To look at each number takes longer than all the rest: only where one may be too large.

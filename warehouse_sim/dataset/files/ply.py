@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.output import write_bytes
@@ -50,11 +51,7 @@ def read_ply(path: Path) -> TriangleMesh:
     Raises:
         DatasetError: The file is missing, is laid out in another way, or holds no finite triangles of its vertices.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
-    header, mark, body = content.partition(b"end_header\n")
+    header, mark, body = read_bytes(path).partition(b"end_header\n")
     counts = {
         words[1]: int(words[2])
         for words in (line.split() for line in header[:_LONGEST_HEADER].decode("ascii", "replace").splitlines())

@@ -5,8 +5,9 @@ from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Bool, Float32, UInt8
 
+from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_rgb
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import require_split
@@ -55,7 +56,23 @@ class ReaderBase:
         raise NotImplementedError
 
 
-class ImagesOnly(ReaderBase):
+class FileReader(ReaderBase):
+    """Base of readers of third-party files, whatever their kind: one file for each image."""
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Read the colour image; a grey one has three equal channels."""
+        return require_size(decode_any_rgb(self._file(image, "rgb")), image, "rgb")
+
+    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Read the depth image: metres along the optical axis, 0 = no reading."""
+        return metres(decode_any_depth(self._file(image, "depth")), image)
+
+    def _file(self, image: ImageRecord, kind: str) -> Path:
+        """Return the file of an image, "rgb" or "depth"."""
+        raise NotImplementedError
+
+
+class ImagesOnly(FileReader):
     """Base of readers of formats that hold images with boxes and masks: no depth, no shapes."""
 
     has_depth = False

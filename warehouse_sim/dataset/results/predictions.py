@@ -66,19 +66,15 @@ def attach_faces(poses: Path, estimates: Sequence[PoseEstimate]) -> list[PoseEst
     path = face_path(poses)
     if not path.is_file():
         return list(estimates)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        digest, rows = content["sha256"], content["faces"]
-        placed = [(int(row["row"]), _face(row, f"{path}: faces[{i}]")) for i, row in enumerate(rows)]
-    except (OSError, ValueError, KeyError, TypeError) as problem:
-        raise DatasetError(f"{path}: is no file of faces ({problem!r}); predict again, or remove it") from problem
-    if digest != file_sum(poses):
+    data, found = read_json(path), list(estimates)
+    if take(data, "sha256", str, str(path)) != file_sum(poses):
         raise DatasetError(f"{path}: belongs to other predictions than {poses}; predict again, or remove it")
-    found = list(estimates)
-    for index, face in placed:
-        if not 0 <= index < len(found):
+    for number, row in enumerate(take(data, "faces", list, str(path))):
+        where = f"{path}: faces[{number}]"
+        index = take(row, "row", int, where, WHOLE)
+        if index >= len(found):
             raise DatasetError(f"{path}: row {index} is not in {poses}, which has {len(found)} rows; predict again")
-        found[index] = replace(found[index], face=face)
+        found[index] = replace(found[index], face=_face(row, where))
     return found
 
 
@@ -101,11 +97,14 @@ def _row(index: int, item: PoseEstimate) -> dict[str, Any]:
 
 
 def _face(row: dict[str, Any], where: str) -> PalletFace:
-    count = len(row["pockets"])
+    count = len(take(row, "pockets", list, where))
     numbers: dict[str, np.ndarray] = {}
     for name, shape in _SHAPES.items():
-        values = np.array(row[name], dtype=float)
         wanted = tuple(count if size == "p" else size for size in shape)
+        try:
+            values = np.array(take(row, name, list, where), dtype=float)
+        except (ValueError, TypeError) as problem:
+            raise DatasetError(f"{where}.{name}: must be numbers of shape {wanted} ({problem})") from problem
         if values.shape != wanted or not np.isfinite(values).all():
             raise DatasetError(f"{where}.{name}: must be finite numbers of shape {wanted}, found {values.shape}")
         numbers[name] = values

@@ -105,10 +105,15 @@ class RecordedObservation(Record):
     def to_plain(self) -> dict[str, Any]:
         """Return what is read back."""
         row = fields_to_plain(self)
-        return row if self.kind else {key: value for key, value in row.items() if key not in _OF_VIEWPOINT}
+        return (
+            row
+            if self.kind
+            else {key: value for key, value in row.items() if key not in (*OF_VIEWPOINT, "vehicle_lights")}
+        )
 
 
-_OF_VIEWPOINT = tuple(item.name for item in fields(RecordedObservation))[1:10]
+OF_VIEWPOINT = tuple(item.name for item in fields(RecordedObservation))[1:9]
+"""What a viewpoint has under the same names."""
 
 
 def lidar_leans(T_world_lidar: Transform) -> bool:
@@ -131,18 +136,8 @@ def recorded_observation(observation: Observation) -> RecordedObservation:
     )
     if view is None:
         return seen
-    return replace(
-        seen,
-        kind=view.kind,
-        time=view.time,
-        sequence=view.sequence,
-        target=view.target,
-        visible_request=view.visible_request,
-        T_world_vehicle=view.T_world_vehicle,
-        velocity=view.velocity,
-        yaw_rate=view.yaw_rate,
-        vehicle_lights=tuple(light_row(light) for light in view.lights),
-    )
+    told: dict[str, Any] = {name: getattr(view, name) for name in OF_VIEWPOINT}
+    return replace(seen, **told, vehicle_lights=tuple(light_row(light) for light in view.lights))
 
 
 def _recorded_target(item: ObjectAnnotation) -> RecordedTarget:

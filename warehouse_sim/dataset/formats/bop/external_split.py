@@ -3,25 +3,22 @@
 from collections.abc import Collection
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, UInt8
 
+from warehouse_sim.dataset.files.extent import Extent
 from warehouse_sim.dataset.files.image_io import (
-    any_depth,
-    any_rgb,
-    any_size_wh,
     decode_any_depth,
     decode_any_mask,
     decode_any_rgb,
     image_size_wh,
 )
-from warehouse_sim.dataset.files.json_file import parse_json, read_table
+from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.external_image import ExternalRows, external_image
-from warehouse_sim.dataset.formats.bop.shards.archive import Extent, ImagewiseFolder, Keyed, ShardFolder
+from warehouse_sim.dataset.formats.bop.shards.archive import ImagewiseFolder, Keyed, ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.layout import MEMBER, SHARD
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
@@ -165,8 +162,7 @@ class KeyedSplit:
         for key in self._keyed.numbers():
             if key[0] not in sizes:
                 # All images of a scene are one camera's; a JPEG image says its size only when it is decoded.
-                member = self._first(key, _COLOUR)
-                sizes[key[0]] = any_size_wh(member.read(), member.where)
+                sizes[key[0]] = image_size_wh(self._first(key, _COLOUR))
             images.append(self._image(split, key, sizes[key[0]], known))
         return images
 
@@ -176,8 +172,7 @@ class KeyedSplit:
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image; a grey one has three equal channels."""
-        member = self._first((image.scene_id, image.image_id), _COLOUR)
-        return any_rgb(member.read(), member.where)
+        return decode_any_rgb(self._first((image.scene_id, image.image_id), _COLOUR))
 
     def rgb_file(self, image: ImageRecord) -> Path | None:
         """Return the file of the colour image where it is an 8-bit RGB image in PNG; none of one in an archive."""
@@ -186,8 +181,7 @@ class KeyedSplit:
 
     def steps(self, image: ImageRecord) -> np.ndarray:
         """Read the depth image in its own steps, 0 = no reading."""
-        member = self._first((image.scene_id, image.image_id), _DEPTH)
-        return any_depth(member.read(), member.where)
+        return decode_any_depth(self._first((image.scene_id, image.image_id), _DEPTH))
 
     def mask(self, kind: str, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"] | None:
         """Read a mask of the kind "mask" or "mask_visib"; None where there is none."""
@@ -196,11 +190,11 @@ class KeyedSplit:
 
     def _image(self, split: str, key: tuple[int, int], size_wh: tuple[int, int], known: Collection[int]) -> ImageRecord:
         camera = self._keyed.member(key, "camera.json")
-        labels = self._keyed.find(key, "gt.json")
+        labels, infos = (self._keyed.find(key, f"{name}.json") for name in ("gt", "gt_info"))
         rows = ExternalRows(
-            self._json(camera),
-            self._json(labels),
-            self._json(self._keyed.find(key, "gt_info.json")),
+            read_json(camera),
+            None if labels is None else read_json(labels),
+            None if infos is None else read_json(infos),
             partial(self._mask, key, size_wh[::-1]),
             camera.where,
             camera.where if labels is None else labels.where,
@@ -211,13 +205,10 @@ class KeyedSplit:
         self, key: tuple[int, int], size_hw: tuple[int, int], kind: str, gt_index: int
     ) -> Bool[np.ndarray, "h w"] | None:
         member = self._keyed.find(key, f"{kind}.json")
-        data = self._json(member)
+        data = None if member is None else read_json(member)
         if member is None or not isinstance(data, dict) or data.get(str(gt_index)) is None:
             return None
         return mask_of_runs(data[str(gt_index)], size_hw, f"{member.where}: {gt_index}")
-
-    def _json(self, member: Extent | None) -> Any:
-        return None if member is None else parse_json(member.read(), member.where)
 
     def _first(self, key: tuple[int, int], kinds: tuple[str, ...]) -> Extent:
         found = next((member for kind in kinds if (member := self._keyed.find(key, kind)) is not None), None)

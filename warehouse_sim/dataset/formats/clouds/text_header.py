@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.errors import DatasetError, shown
 
@@ -27,12 +28,9 @@ def split_header(path: Path, last_line: bytes) -> tuple[list[list[str]], bytes]:
     Raises:
         DatasetError: The file cannot be read, is far too large, or has no such header.
     """
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise DatasetError(f"{path}: is larger than {LARGEST_FILE >> 30} GiB, which no single cloud needs")
-        content = path.read_bytes()
-    except OSError as problem:
-        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); the dataset is incomplete") from problem
+    content = read_bytes(path, LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise DatasetError(f"{path}: is larger than {LARGEST_FILE >> 30} GiB, which no single cloud needs")
     head = content[:LONGEST_HEADER]
     start = 0 if head.startswith(last_line) else head.find(b"\n" + last_line) + 1
     end = head.find(b"\n", start)

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, UInt8
+from jaxtyping import Bool
 
-from warehouse_sim.dataset.files.image_io import decode_any_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import (
     FRACTIONS,
@@ -30,7 +29,6 @@ from warehouse_sim.dataset.formats.reader_base import (
     box_mask,
     guessed_camera,
     inside,
-    require_size,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -226,10 +224,6 @@ class CocoReader(ImagesOnly):
         """Return the table and the images of a split, sorted."""
         return sorted([self._paths[split], *(self._file(image) for image in self.images(split))])
 
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image; a grey one has three equal channels."""
-        return require_size(decode_any_rgb(self._file(image)), image, "the image")
-
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target; its box where there is none."""
         row = self._table(image.split).annotations[image.scene_id, image.image_id][gt_index]
@@ -267,7 +261,7 @@ class CocoReader(ImagesOnly):
             self._whole[split] = {row["id"]: row.get("segmentation") for row in rows if isinstance(row, dict)}
         return self._whole[split]
 
-    def _file(self, image: ImageRecord) -> Path:
+    def _file(self, image: ImageRecord, kind: str = "rgb") -> Path:
         """Return the file of an image, wherever others keep it.
 
         Raises:

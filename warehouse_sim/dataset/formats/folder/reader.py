@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Bool
 
-from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.image_io import decode_any_mask, image_size_wh
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
-from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size, shapeless
+from warehouse_sim.dataset.formats.reader_base import FileReader, require_size, shapeless
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError, shown
@@ -118,7 +118,7 @@ _NUMBER, CLASS_NAME = 1, "object"
 """Of the one class."""
 
 
-class FolderReader(ReaderBase):
+class FolderReader(FileReader):
     """A folder of images.
 
     Args:
@@ -140,18 +140,10 @@ class FolderReader(ReaderBase):
         images = [file for frame in self._frames for file in (frame.rgb, frame.depth, *frame.masks)]
         return sorted([*images, *([] if path is None else [path])])
 
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image; a grey one has three equal channels."""
-        return require_size(decode_any_rgb(self._frames[image.image_id].rgb), image, "rgb")
-
     def rgb_file(self, image: ImageRecord) -> Path | None:
         """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
-        path = self._frames[image.image_id].rgb
+        path = self._file(image, "rgb")
         return path if is_rgb_png(path) else None
-
-    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Read the depth image: metres along the optical axis, 0 = no reading."""
-        return metres(decode_any_depth(self._frames[image.image_id].depth), image)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target."""
@@ -160,6 +152,10 @@ class FolderReader(ReaderBase):
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target: what is hidden of it nobody knows."""
         return self.mask_visible(image, gt_index)
+
+    def _file(self, image: ImageRecord, kind: str) -> Path:
+        frame = self._frames[image.image_id]
+        return frame.rgb if kind == "rgb" else frame.depth
 
     @cached_property
     def _frames(self) -> list[Frame]:

@@ -9,9 +9,9 @@ from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int32, UInt8
+from jaxtyping import Bool, Float, Float32, Int32
 
-from warehouse_sim.dataset.files.image_io import decode_any_rgb, decode_depth
+from warehouse_sim.dataset.files.image_io import decode_depth
 from warehouse_sim.dataset.formats.kitti.external_frame import (
     FrameCalibration,
     KittiFrame,
@@ -29,7 +29,7 @@ from warehouse_sim.dataset.formats.kitti.external_objects import (
 from warehouse_sim.dataset.formats.kitti.layout import NAME, STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_text
-from warehouse_sim.dataset.formats.reader_base import ReaderBase, box_mask
+from warehouse_sim.dataset.formats.reader_base import FileReader, box_mask, require_size
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
@@ -112,7 +112,7 @@ _KEPT_FRAMES = 16
 """Sweeps and depth images that are kept: labels of one frame require them one after the other."""
 
 
-class ExternalKittiReader(ReaderBase):
+class ExternalKittiReader(FileReader):
     """A KITTI folder without a manifest.
 
     Args:
@@ -168,11 +168,6 @@ class ExternalKittiReader(ReaderBase):
     def files(self, split: str) -> list[Path]:
         """Return every file of the frames of a split, sorted."""
         return sorted(path for frame in self._frames[split] for path in frame.files())
-
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image; a grey one has three equal channels."""
-        pixels = decode_any_rgb(self._frame(image).image())
-        return _require_size(pixels, image, self._frame(image).image())
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Return the depth image: that of ``depth_2``, else of the sweep; metres along the optical axis, 0 = none."""
@@ -267,7 +262,7 @@ class ExternalKittiReader(ReaderBase):
     def _read_depth(self, frame: KittiFrame, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         path = frame.find("depth_2", ".png")
         if path is not None:
-            return _require_size(decode_depth(path), image, path).astype(np.float32) / np.float32(STEPS_PER_METRE)
+            return require_size(decode_depth(path), image, "depth_2").astype(np.float32) / np.float32(STEPS_PER_METRE)
         stored, T_camera_lidar = self._sweep(frame), self._calibration(frame).T_camera_lidar
         if stored is None or T_camera_lidar is None:
             raise DatasetError(
@@ -278,6 +273,9 @@ class ExternalKittiReader(ReaderBase):
             log.warning("%s: no depth_2; depth images are the sweeps, projected (nearest point of a pixel)", self.root)
             self._warned = True
         return sweep_depth(image.camera, transform_points(T_camera_lidar, stored.points.astype(float)))
+
+    def _file(self, image: ImageRecord, kind: str) -> Path:
+        return self._frame(image).image()
 
     def _frame(self, image: ImageRecord) -> KittiFrame:
         return self._by_number[image.split][image.scene_id]
@@ -294,10 +292,3 @@ def _ids_by_box(image: ImageRecord, stored: StoredSweep, T_camera_lidar: Transfo
         in_box = np.abs(transform_points(invert(target.T_camera_object) @ T_camera_lidar, points))
         ids[(in_box <= target.geometry.size / 2.0).all(axis=1)] = target.instance_id
     return ids
-
-
-def _require_size(pixels: np.ndarray, image: ImageRecord, path: Path) -> np.ndarray:
-    if pixels.shape[:2] != (image.camera.height, image.camera.width):
-        wanted = image.camera.height, image.camera.width
-        raise DatasetError(f"{path}: is {pixels.shape[:2]}, its image {wanted} (height, width)")
-    return pixels

@@ -70,7 +70,7 @@ class KittiLabel:
 
 
 CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
-"""The seven lines of a calib file, in order."""
+"""The seven lines of a calib file, in the order by which loaders find them."""
 _LENS_KINDS = {"D": 5, "F": 4}
 """First letter of the line of a lens, and how many coefficients stand in it: a distortion or a fisheye."""
 

@@ -18,6 +18,7 @@ from warehouse_sim.dataset.formats.kitti.layout import (
     kitti_layout,
     require_level,
 )
+from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file
 from warehouse_sim.dataset.manifest import Manifest
@@ -31,9 +32,6 @@ from warehouse_sim.geometry.level_view import upright
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import LIDAR, LidarScan, MountedReading, ObjectModel, Observation, SceneSpec
-
-_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
-"""The seven lines in the order by which loaders find them."""
 
 
 def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float = 0.0) -> str:
@@ -52,7 +50,7 @@ def calib_text(camera: PinholeCamera, T_camera_lidar: Transform, baseline: float
     left = np.hstack([camera.K, np.zeros((3, 1))])
     right = np.hstack([camera.K, [[-camera.fx * baseline], [0.0], [0.0]]])
     values = (left, right, left, right, np.eye(3), T_camera_lidar[:3], np.eye(4)[:3])
-    text = "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(_KEYS, values, strict=True))
+    text = "".join(f"{key}: {_row(matrix)}\n" for key, matrix in zip(CALIB_KEYS, values, strict=True))
     if camera.distortion is None:
         return text
     lens = "F" if isinstance(camera.distortion, Fisheye) else "D"

@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Bool
 
-from warehouse_sim.dataset.files.image_io import decode_any_depth, decode_any_mask, decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.image_io import decode_any_mask, image_size_wh
 from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
 from warehouse_sim.dataset.formats.bop.external_image import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
 from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, read_yaml_table
-from warehouse_sim.dataset.formats.reader_base import ReaderBase, box_mask, metres, require_size
+from warehouse_sim.dataset.formats.reader_base import FileReader, box_mask, require_size
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
@@ -33,7 +33,7 @@ _FOLDER = re.compile(r"\d{1,6}")
 _FRAME = re.compile(r"\d{1,9}")
 
 
-class LinemodReader(ReaderBase):
+class LinemodReader(FileReader):
     """A folder with ``data/%02d`` and ``models``.
 
     Args:
@@ -78,22 +78,14 @@ class LinemodReader(ReaderBase):
         """Return every file of the objects of a split, sorted."""
         return [path for n in self.splits[split] for path in sorted(self._folders[n].rglob("*"))]
 
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image."""
-        return require_size(decode_any_rgb(self._path(image, "rgb")), image, "rgb")
-
     def rgb_file(self, image: ImageRecord) -> Path | None:
         """Return the file of the colour image where it is an 8-bit RGB image in PNG."""
-        path = self._path(image, "rgb")
+        path = self._file(image, "rgb")
         return path if is_rgb_png(path) else None
-
-    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Read the depth image: metres along the optical axis, 0 = no reading."""
-        return metres(decode_any_depth(self._path(image, "depth")), image)
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of the target's visible pixels; its box where there is none."""
-        path = self._path(image, "mask")
+        path = self._file(image, "mask")
         if path.is_file():
             return require_size(decode_any_mask(path), image, "mask")
         return box_mask(image.targets[0].box_visible_xyxy, image.camera)
@@ -102,7 +94,7 @@ class LinemodReader(ReaderBase):
         """Read the mask of the target's visible pixels, the only one that there is."""
         return self.mask_visible(image, gt_index)
 
-    def _path(self, image: ImageRecord, kind: str) -> Path:
+    def _file(self, image: ImageRecord, kind: str) -> Path:
         return self._folders[image.scene_id] / kind / f"{image.image_id:04d}.png"
 
     def _frames(self, split: str, listed: str, obj_id: int) -> list[ImageRecord]:

@@ -7,16 +7,15 @@ from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.files.image_io import decode_any_rgb, image_size_wh
+from warehouse_sim.dataset.files.image_io import image_size_wh
 from warehouse_sim.dataset.files.plain import WHOLE, decimal
 from warehouse_sim.dataset.formats.reader_base import (
     ImagesOnly,
     box_mask,
     guessed_camera,
     inside,
-    require_size,
     shapeless,
 )
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -187,10 +186,6 @@ class YoloReader(ImagesOnly):
         labels = [path for path in map(label_path, self._paths(split)) if path.is_file()]
         return sorted([*self._paths(split), *labels])
 
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Read the colour image; a grey one has three equal channels."""
-        return require_size(decode_any_rgb(self._paths(image.split)[image.image_id]), image, "the image")
-
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target; its box where its label is no polygon."""
         label = self._labels(image.split, image.image_id)[gt_index]
@@ -201,6 +196,9 @@ class YoloReader(ImagesOnly):
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the same mask: labels hold no other."""
         return self.mask_visible(image, gt_index)
+
+    def _file(self, image: ImageRecord, kind: str) -> Path:
+        return self._paths(image.split)[image.image_id]
 
     def _paths(self, split: str) -> list[Path]:
         if split not in self._files:

@@ -7,11 +7,11 @@ import io
 import tarfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
+from warehouse_sim.dataset.files.extent import Extent
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD
 from warehouse_sim.dataset.layout import observation_name
@@ -21,42 +21,8 @@ _MOST_MEMBERS = 1_000_000
 _MOST_BYTES = 2**28
 """Of one member: an image of the largest size that is decoded, uncompressed."""
 
-Members = dict[tuple[int, int], dict[str, "Extent"]]
+Members = dict[tuple[int, int], dict[str, Extent]]
 """By scene and image: kind ("rgb.png") -> where its bytes lie."""
-
-
-@dataclass(frozen=True)
-class Extent:
-    """Where the bytes of a member lie."""
-
-    path: Path
-    name: str
-    offset: int
-    size: int
-
-    @property
-    def where(self) -> str:
-        """The member as errors name it; a file of its own has no name within."""
-        return f"{self.path}/{self.name}" if self.name else str(self.path)
-
-    def read(self, most: int | None = None) -> bytes:
-        """Return the member's bytes, or the first of them.
-
-        Raises:
-            DatasetError: The archive cannot be read, or became shorter.
-        """
-        try:
-            with open(self.path, "rb") as file:
-                file.seek(self.offset)
-                size = self.size if most is None else min(most, self.size)
-                data = file.read(size)
-        except OSError as problem:
-            raise DatasetError(
-                f"{self.path}: cannot be read ({problem.strerror}); the dataset is incomplete"
-            ) from problem
-        if len(data) != size:
-            raise DatasetError(f"{self.where}: ends after {len(data)} of {size} bytes; copy the archive again")
-        return data
 
 
 @contextmanager

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, UInt8
 
-from warehouse_sim.dataset.files.image_io import depth_of_png, rgb_of_png
-from warehouse_sim.dataset.files.json_file import parse_json
-from warehouse_sim.dataset.files.png import png_header_size_wh
+from warehouse_sim.dataset.files.extent import Extent
+from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, image_size_wh
+from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.reader import OwnReader
-from warehouse_sim.dataset.formats.bop.shards.archive import Extent, ShardFolder
+from warehouse_sim.dataset.formats.bop.shards.archive import ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
 from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
 from warehouse_sim.dataset.layout import observation_name
@@ -40,16 +40,14 @@ class ShardsReader(OwnReader):
         return [self._record(split, scene, image) for scene, image in self._split(split).numbers()]
 
     def _colour(self, image: ImageRecord, kind: str) -> UInt8[np.ndarray, "h w 3"]:
-        member = self._member(image, f"{kind}.png")
-        return rgb_of_png(member.read(), member.where)
+        return decode_rgb(self._member(image, f"{kind}.png"))
 
     def _steps(self, image: ImageRecord, kind: str) -> np.ndarray:
-        member = self._member(image, f"{kind}.png")
-        return depth_of_png(member.read(), member.where)
+        return decode_depth(self._member(image, f"{kind}.png"))
 
     def _mask(self, image: ImageRecord, gt_index: int, kind: str) -> Bool[np.ndarray, "h w"]:
         member = self._member(image, f"{kind}.json")
-        found = parse_json(member.read(), member.where)
+        found = read_json(member)
         runs = found.get(str(gt_index)) if isinstance(found, dict) else None
         return mask_of_runs(runs, (image.camera.height, image.camera.width), f"{member.where}: {gt_index}")
 
@@ -60,8 +58,8 @@ class ShardsReader(OwnReader):
         shards = self._split(split)
         colour = shards.member((scene, image), "rgb.png")
         members = [shards.member((scene, image), kind) for kind in _ROWS]
-        rows = BopRows(*((parse_json(member.read(), member.where), member.where) for member in members))
-        return read_image(split, (scene, image), png_header_size_wh(colour.read(24), colour.where), rows)
+        rows = BopRows(*((read_json(member), member.where) for member in members))
+        return read_image(split, (scene, image), image_size_wh(colour), rows)
 
     def _split(self, split: str) -> ShardFolder:
         """Return the shards of a split, which hold the images of the manifest and no other.

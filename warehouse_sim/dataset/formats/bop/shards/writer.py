@@ -7,9 +7,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.files.json_file import parse_json, write_json
+from warehouse_sim.dataset.files.extent import Extent
+from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
-from warehouse_sim.dataset.formats.bop.shards.archive import Extent, Members, add_image, list_members, writing_archive
+from warehouse_sim.dataset.formats.bop.shards.archive import Members, add_image, list_members, writing_archive
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, shards_layout
 from warehouse_sim.dataset.formats.bop.writer import TargetLists, require_known, write_preface
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -81,7 +82,7 @@ def _write_shard(layout: ShardsLayout, split: str, number: int, keys: Sequence[_
 
 def _add_targets(targets: TargetLists, members: Members) -> None:
     for (scene, image), kinds in members.items():
-        rows = [parse_json(kinds[kind].read(), kinds[kind].where) for kind in ("gt.json", "gt_info.json")]
+        rows = [read_json(kinds[kind]) for kind in ("gt.json", "gt_info.json")]
         targets.add(scene, image, *rows)
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.checks.findings import Findings, read_bytes
+from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.files.image_io import decode_depth
 from warehouse_sim.dataset.formats.bop.layout import bop_layout
 from warehouse_sim.dataset.formats.kitti.checks.frames import (

@@ -9,7 +9,7 @@ from warehouse_sim.dataset.checks.colour import OF_ANOTHER_PLACE, colour_problem
 from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_read_nothing
 from warehouse_sim.dataset.checks.findings import Findings, compare_names, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, png_size_wh
+from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, image_size_wh
 from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
@@ -98,7 +98,7 @@ def images(subject: Subject) -> Findings:
 def _channels(subject: Subject, split: Split, scene: int, observation: int, frame: int) -> Findings:
     findings, kinds = Findings(count=2), kitti_kinds(subject.manifest.contents)
     rgb_path, depth_path = (file_of(subject, split, kind, frame) for kind in ("image_2", "depth_2"))
-    steps, size_wh = decode_depth(depth_path), png_size_wh(rgb_path)
+    steps, size_wh = decode_depth(depth_path), image_size_wh(rgb_path)
     findings.require(steps.shape == size_wh[::-1], f"{depth_path}: is {steps.shape}, its image {size_wh[::-1]} (h, w)")
     far = may_read_nothing(subject, scene, observation)
     findings.require(far or bool(steps.any()), f"{depth_path}: holds nothing but zeros")

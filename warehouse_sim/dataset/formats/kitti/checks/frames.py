@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 
-from warehouse_sim.dataset.checks.findings import Findings, read_bytes, read_text
+from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.image_io import png_size_wh
+from warehouse_sim.dataset.files.extent import read_bytes
+from warehouse_sim.dataset.files.image_io import image_size_wh
 from warehouse_sim.dataset.formats.bop.layout import NAME
 from warehouse_sim.dataset.formats.kitti.layout import NAME as FORMAT_NAME
 from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
@@ -124,6 +125,6 @@ def read_camera(subject: Subject, split: str, frame: int) -> tuple[PinholeCamera
     """Read the calib file of a frame: its camera, and T_camera_lidar of the points that are stored."""
     path = file_of(subject, split, "calib", frame)
     matrices = parse_calib(read_text(path), str(path))
-    size_wh = png_size_wh(file_of(subject, split, "image_2", frame))
+    size_wh = image_size_wh(file_of(subject, split, "image_2", frame))
     matrix = matrices["Tr_velo_to_cam"]
     return calib_camera(matrices, size_wh), make_transform(matrix[:, :3], matrix[:, 3])

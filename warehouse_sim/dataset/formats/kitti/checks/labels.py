@@ -8,7 +8,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.depth import range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.image_io import decode_depth, png_size_wh
+from warehouse_sim.dataset.files.image_io import decode_depth, image_size_wh
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     LabelRow,
     T_world_image,
@@ -152,7 +152,7 @@ def labels(subject: Subject) -> Findings:
     findings, count, leaning = Findings(), 0, 0
     for split, scene, observation, frame in frames(subject):
         path = file_of(subject, split, "label_2", frame)
-        size_wh = png_size_wh(file_of(subject, split, "image_2", frame))
+        size_wh = image_size_wh(file_of(subject, split, "image_2", frame))
         T_camera_world = invert(T_world_image(subject, scene, observation))
         for number, row in enumerate(read_labels(subject, split, frame), start=1):
             where = f"{path}:{number}"

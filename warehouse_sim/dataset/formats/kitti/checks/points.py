@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, Int32
 
-from warehouse_sim.dataset.checks.findings import Findings, read_bytes
+from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     LabelRow,
     T_world_image,
