@@ -28,9 +28,9 @@ def split_header(path: Path, last_line: bytes) -> tuple[list[list[str]], bytes]:
     Raises:
         DatasetError: The file cannot be read, is far too large, or has no such header.
     """
-    content = read_bytes(path, LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
+    if path.is_file() and path.stat().st_size > LARGEST_FILE:
         raise DatasetError(f"{path}: is larger than {LARGEST_FILE >> 30} GiB, which no single cloud needs")
+    content = read_bytes(path)
     head = content[:LONGEST_HEADER]
     start = 0 if head.startswith(last_line) else head.find(b"\n" + last_line) + 1
     end = head.find(b"\n", start)
