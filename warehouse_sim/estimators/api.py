@@ -2,20 +2,18 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+
+from warehouse_sim.estimators.settings import DepthSource, PredictConfig
 
 if TYPE_CHECKING:
     from warehouse_sim.dataset.objects import ObjectInfo
     from warehouse_sim.estimators.image import Detection, RgbdImage
-    from warehouse_sim.estimators.settings import PredictConfig
     from warehouse_sim.geometry.mesh import TriangleMesh
     from warehouse_sim.learning.settings import LoopConfig, Progress
     from warehouse_sim.schema import PoseEstimate
-
-
-DepthSource = Literal["camera", "lidar", "lidar-sparse"]
-"""Whose depth is seen: the camera's own, the main LiDAR's filled up, or only where it has points."""
 
 
 class _Target(Protocol):
@@ -164,9 +162,14 @@ class PoseEstimator(ABC):
         return {}
 
     @property
-    def stages_used(self) -> "PredictConfig | None":
+    def stages_used(self) -> PredictConfig | None:
         """The settings with the stages that it chose where none were given; None where it has no stages."""
         return None
+
+
+def _inners(name: str) -> Any:
+    """Return a property that an estimator has from the one inside it."""
+    return property(attrgetter(f"inner.{name}"))
 
 
 class WrappedEstimator(PoseEstimator):
@@ -176,57 +179,22 @@ class WrappedEstimator(PoseEstimator):
         inner: The other.
     """
 
+    learns_objects = _inners("learns_objects")
+    objects = _inners("objects")
+    reads_rgb = _inners("reads_rgb")
+    reads_sweep = _inners("reads_sweep")
+    finds_objects = _inners("finds_objects")
+    depth_source = _inners("depth_source")
+    min_visible = _inners("min_visible")
+    surfaces = _inners("surfaces")
+    stages_used = _inners("stages_used")
+
     def __init__(self, inner: PoseEstimator) -> None:
         self.inner = inner
 
     def onboard(self, objects: "Mapping[int, ObjectInfo]") -> None:
         """Show it the objects of a dataset."""
         self.inner.onboard(objects)
-
-    @property
-    def learns_objects(self) -> bool:
-        """Whether it is to be shown the CAD models of a dataset."""
-        return self.inner.learns_objects
-
-    @property
-    def objects(self) -> Sequence[KnownObject] | None:
-        """What it knows; None where it takes any object."""
-        return self.inner.objects
-
-    @property
-    def reads_rgb(self) -> bool:
-        """Whether images need colour."""
-        return self.inner.reads_rgb
-
-    @property
-    def reads_sweep(self) -> bool:
-        """Whether it looks at sweeps as they are."""
-        return self.inner.reads_sweep
-
-    @property
-    def finds_objects(self) -> bool:
-        """Whether its images need no detections."""
-        return self.inner.finds_objects
-
-    @property
-    def depth_source(self) -> DepthSource | None:
-        """Whose depth it was made for."""
-        return self.inner.depth_source
-
-    @property
-    def min_visible(self) -> LeastVisible:
-        """Which of a dataset's targets it takes."""
-        return self.inner.min_visible
-
-    @property
-    def surfaces(self) -> "Mapping[int, TriangleMesh]":
-        """CAD surfaces (m, object frame) by obj_id."""
-        return self.inner.surfaces
-
-    @property
-    def stages_used(self) -> "PredictConfig | None":
-        """The settings with the stages that it chose."""
-        return self.inner.stages_used
 
 
 @runtime_checkable
@@ -256,7 +224,7 @@ class Trainable(Protocol):
 class Configurable(Protocol):
     """What a name of ``ESTIMATORS`` may stand for when its estimator takes the settings of prediction."""
 
-    def configured(self, config: "PredictConfig") -> PoseEstimator:
+    def configured(self, config: PredictConfig) -> PoseEstimator:
         """Return the estimator with these settings."""
 
 
@@ -269,18 +237,16 @@ class Composition(ABC):
     """Name of the estimator behind them; empty where it has none."""
 
     @abstractmethod
-    def configured(self, config: "PredictConfig") -> PoseEstimator:
+    def configured(self, config: PredictConfig) -> PoseEstimator:
         """Return the estimator with these settings."""
 
     def __call__(self) -> PoseEstimator:
         """Return the estimator with default settings."""
-        from warehouse_sim.estimators.settings import PredictConfig
-
         return self.configured(PredictConfig())
 
 
 class Family(Protocol):
     """What a name of ``FAMILIES`` stands for: opens the run folders of one kind."""
 
-    def __call__(self, run: Path, config: "PredictConfig") -> PoseEstimator:
+    def __call__(self, run: Path, config: PredictConfig) -> PoseEstimator:
         """Return the trained estimator."""

@@ -12,13 +12,14 @@ import numpy as np
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, is_label_folder, read_labels, read_results
 from warehouse_sim.errors import DatasetError, InputError, UnknownNameError
-from warehouse_sim.estimators.api import DepthSource, Detector, FrontEnd, PoseEstimator
+from warehouse_sim.estimators.api import Detector, FrontEnd, PoseEstimator
 from warehouse_sim.estimators.gravity import GravitySource, down_from_floor
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
-from warehouse_sim.estimators.lidar.projection import with_lidar_depth
+from warehouse_sim.estimators.lidar.projection import read_sweep, sweep_points, with_lidar_depth
 from warehouse_sim.estimators.matching import known_among, taken_by
+from warehouse_sim.estimators.pipeline import passed
 from warehouse_sim.estimators.registries import DETECTORS, FRONT_ENDS, SEGMENTERS
-from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.estimators.settings import DepthSource
 from warehouse_sim.learning.run_folder import read_kind
 
 
@@ -196,13 +197,12 @@ class Finder:
         found = with_depth_of(source, found, reader, image)
         if estimator.reads_sweep or any(stage.reads_sweep for stage in self._stages):
             found = with_sweep(found, reader, image)
-        for stage in self._stages:
-            found = replace(found, detections=tuple(stage(found)))
+        found = passed(found, self._stages)
         self.seconds = time.perf_counter() - started if self._stages or source != "camera" else 0.0
         if finds:
             return found
         # Estimates refer to what the detector found, whatever of it is estimated.
-        numbered = tuple(_numbered(item, position) for position, item in enumerate(found.detections))
+        numbered = tuple(replace(item, number=item.number_at(i)) for i, item in enumerate(found.detections))
         taken = taken_by(estimator, numbered, self._objects or known_among(estimator, reader.objects))
         return replace(found, detections=taken) if taken else None
 
@@ -262,14 +262,8 @@ def with_depth_of(source: DepthSource, image: RgbdImage, reader: DatasetReader, 
     """
     if source == "camera":
         return image
-    mounted = reader.sweep(record)
-    if mounted is None:
-        raise DatasetError(
-            f"{reader.root}: holds no sweep of image {record.scene_id}/{record.image_id} for --depth {source}; "
-            "generate it with a LiDAR and the format kitti, or take --depth camera"
-        )
-    points = transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
-    return with_lidar_depth(image, points, source)
+    mounted = read_sweep(reader, record, f" for --depth {source}", ", or take --depth camera")
+    return with_lidar_depth(image, sweep_points(mounted), source)
 
 
 def with_sweep(image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> RgbdImage:
@@ -278,12 +272,7 @@ def with_sweep(image: RgbdImage, reader: DatasetReader, record: ImageRecord) -> 
     Raises:
         DatasetError: The dataset holds none.
     """
-    mounted = reader.sweep(record)
-    if mounted is None:
-        raise DatasetError(
-            f"{reader.root}: holds no sweep of image {record.scene_id}/{record.image_id}, which is what is looked at; "
-            "generate it with a LiDAR and the format kitti"
-        )
+    mounted = read_sweep(reader, record, ", which is what is looked at")
     return replace(image, sweep=SweepView(mounted.reading.points.astype(float), mounted.T_camera_sensor))
 
 
@@ -303,7 +292,3 @@ def _with_gt(estimator: PoseEstimator, reader: DatasetReader, image: ImageRecord
         for item in targets
     )
     return replace(RgbdImage.from_dataset(reader, image, (), rgb=reads_rgb), detections=tuple(found))
-
-
-def _numbered(detection: Detection, position: int) -> Detection:
-    return detection if detection.number is not None else replace(detection, number=position)

@@ -116,6 +116,10 @@ class Detection:
                 f"found {shown(self.class_name)} and {shown(self.may_be)}"
             )
 
+    def number_at(self, position: int) -> int:
+        """Return how estimates refer to it where it is at a position among its image's detections."""
+        return position if self.number is None else self.number
+
     def pixels(self, height: int, width: int) -> Bool[np.ndarray, "h w"]:
         """Return its mask, or all pixels of its box, what lies behind the object included."""
         if self.mask is not None:

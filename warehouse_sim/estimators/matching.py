@@ -6,7 +6,8 @@ from dataclasses import replace
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators.api import PoseEstimator
-from warehouse_sim.estimators.image import Detection
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.schema import Observation
 
 
 def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
@@ -55,3 +56,12 @@ def taken_by(
         elif alike:
             limited.append(replace(item, may_be=alike))
     return tuple(limited)
+
+
+def observed(estimator: PoseEstimator, image: RgbdImage | Observation) -> RgbdImage:
+    """Return an image as it is, and a simulated observation as one, with those labelled objects that are known."""
+    if isinstance(image, RgbdImage):
+        return image
+    seen = RgbdImage.from_observation(image)
+    known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}
+    return replace(seen, detections=tuple(item for item in seen.detections if known is None or item.model in known))

@@ -5,7 +5,7 @@ drive. ``WithFrontEnd`` puts detectors and segmenters before an estimator that i
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
@@ -16,7 +16,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import KnownObject, PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import known_among, taken_by
+from warehouse_sim.estimators.matching import known_among, observed, taken_by
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
@@ -68,59 +68,20 @@ class Proposals(Protocol):
         return np.ones(len(points), dtype=bool)
 
 
-class FindDetections(Protocol):
-    """Detects, or outlines what was detected: any ``FrontEnd`` is such."""
-
-    def __call__(self, image: RgbdImage, /) -> Sequence[Detection]:
-        """Return the detections that the next stage works on."""
-
-
-class SelectPoints(Protocol):
-    """Takes out of an image what the next stages look at."""
-
-    def __call__(self, image: RgbdImage, /) -> Sequence[ObjectPoints]:
-        """Return those detections that show enough; one of an unknown model once for each object it may be."""
-
-
-class Propose(Protocol):
-    """Estimates poses from points."""
-
-    def __call__(self, seen: Sequence[ObjectPoints], /) -> Proposals:
-        """Return the poses that each of b >= 1 objects may have."""
-
-
-class Choose(Protocol):
-    """Makes one pose of many."""
-
-    def __call__(self, candidates: Candidates, seen: Sequence[ObjectPoints], /) -> Transforms:
-        """Return one ``T_camera_object`` for each object, (b 4 4)."""
-
-
-class Refine(Protocol):
-    """Makes poses better."""
-
-    def __call__(
-        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
-    ) -> Transforms:
-        """Return the poses that follow from these, (b 4 4)."""
-
-
-class Agree(Protocol):
-    """Compares poses with what was proposed."""
-
-    def __call__(
-        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
-    ) -> Sequence[Agreement]:
-        """Return how far the proposals of each object agree with its pose."""
-
-
-class Prefer(Protocol):
-    """Compares the objects that one detection may be."""
-
-    def __call__(
-        self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals, /
-    ) -> Float[np.ndarray, " b"]:
-        """Return how much speaks for each object in its pose."""
+FindDetections = Callable[[RgbdImage], Sequence[Detection]]
+"""Detects, or outlines what was detected, for the next stage: any ``FrontEnd`` is such."""
+SelectPoints = Callable[[RgbdImage], Sequence[ObjectPoints]]
+"""Takes those detections out of an image that show enough; one of an unknown model once for each object it may be."""
+Propose = Callable[[Sequence[ObjectPoints]], Proposals]
+"""Gives the poses that each of b >= 1 objects may have."""
+Choose = Callable[[Candidates, Sequence[ObjectPoints]], Transforms]
+"""Makes one ``T_camera_object`` of many for each object, (b 4 4)."""
+Refine = Callable[[Transforms, Sequence[ObjectPoints], Proposals], Transforms]
+"""Makes poses better, (b 4 4)."""
+Agree = Callable[[Transforms, Sequence[ObjectPoints], Proposals], Sequence[Agreement]]
+"""Says how far the proposals of each object agree with its pose."""
+Prefer = Callable[[Transforms, Sequence[ObjectPoints], Proposals], Float[np.ndarray, " b"]]
+"""Says how much speaks for each object in its pose, to compare those that one detection may be."""
 
 
 class Verdict(NamedTuple):
@@ -134,17 +95,15 @@ class Verdict(NamedTuple):
     """Error that is exceeded in one case of ten (m)."""
 
 
-class Verify(Protocol):
-    """Judges a pose."""
+Verify = Callable[[Transform, ObjectPoints, float], Verdict | None]
+"""Judges a pose by its points and the largest confidence among its proposals (0-1); None rejects it."""
 
-    def __call__(self, T_camera_object: Transform, seen: ObjectPoints, confidence: float, /) -> Verdict | None:
-        """Return what is thought of it; None rejects it.
 
-        Args:
-            T_camera_object: The pose.
-            seen: The points that it was made of.
-            confidence: Largest confidence among its proposals, 0-1.
-        """
+def passed(image: RgbdImage, stages: Sequence[FindDetections]) -> RgbdImage:
+    """Return an image with what some stages find in it, each working on what the one before found."""
+    for stage in stages:
+        image = replace(image, detections=tuple(stage(image)))
+    return image
 
 
 def trust_confidence(T_camera_object: Transform, seen: ObjectPoints, confidence: float) -> Verdict:
@@ -196,7 +155,7 @@ class Pipeline(PoseEstimator):
         Raises:
             InputError: A detection is of an object that is not known, or the image lacks what is read.
         """
-        return self.estimate_all([self._known_of(image) if isinstance(image, Observation) else image])
+        return self.estimate_all([observed(self, image)])
 
     def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
         """Return the poses of the detected objects of several images, which pass the stages together.
@@ -206,8 +165,7 @@ class Pipeline(PoseEstimator):
         seen, owners, seconds, found = list[ObjectPoints](), list[int](), list[float](), list[RgbdImage]()
         for number, image in enumerate(images):
             started = time.perf_counter()
-            for stage in self.stages.detect:
-                image = replace(image, detections=tuple(stage(image)))
+            image = passed(image, self.stages.detect)
             selected = self.stages.select(image)
             seen += selected
             owners += [number] * len(selected)
@@ -262,17 +220,10 @@ class Pipeline(PoseEstimator):
             seconds,
             name=known.name if known else "",
             class_name=known.class_name if known else "",
-            detection=item.position if detection.number is None else detection.number,
+            detection=detection.number_at(item.position),
             predicted_error=verdict.predicted_error,
             error_bound=verdict.error_bound,
         )
-
-    def _known_of(self, observation: Observation) -> RgbdImage:
-        image = RgbdImage.from_observation(observation)
-        if self.objects is None:
-            return image
-        known = {shape.obj_id for shape in self.objects}
-        return replace(image, detections=tuple(item for item in image.detections if item.model in known))
 
 
 class WithFrontEnd(WrappedEstimator):
@@ -317,6 +268,5 @@ class WithFrontEnd(WrappedEstimator):
         ]
 
     def _with_detections(self, image: RgbdImage) -> RgbdImage:
-        for stage in self._stages:
-            image = replace(image, detections=tuple(stage(image)))
-        return replace(image, detections=taken_by(self.inner, image.detections, self._names))
+        found = passed(image, self._stages).detections
+        return replace(image, detections=taken_by(self.inner, found, self._names))

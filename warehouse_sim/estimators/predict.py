@@ -22,6 +22,7 @@ from warehouse_sim.estimators.detections import (
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pictures import known_sizes, write_pictures
+from warehouse_sim.estimators.pipeline import passed
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
 from warehouse_sim.estimators.tracking.settings import TrackConfig
@@ -191,8 +192,7 @@ def detect(
         started = time.perf_counter()
         image = with_depth_of(stages[0].depth_source, image, reader, record)
         image = with_sweep(image, reader, record) if any(stage.reads_sweep for stage in stages) else image
-        for stage in stages:
-            image = replace(image, detections=tuple(stage(image)))
+        image = passed(image, stages)
         seconds.append(time.perf_counter() - started)
         found += [found_object(item, image) for item in image.detections]
         if progress:

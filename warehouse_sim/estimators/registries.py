@@ -13,53 +13,40 @@ from warehouse_sim.registry import Registry
 from warehouse_sim.yaml_file import read_yaml
 
 ESTIMATORS = Registry("estimator")
-for _name in (
-    "densefusion",
-    "densefusion-early",
-    "densefusion-middle-1",
-    "densefusion-middle-2",
-    "densefusion-depth",
-    "densefusion-pointcloud",
-    "object-coordinates",
-):
-    _constant = _name.upper().replace("-", "_")
-    ESTIMATORS.add(_name, f"warehouse_sim.estimators.pose.densefusion.methods:{_constant}")
-ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
-ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:icp_multistart")
-ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.faces.estimator:front_fit")
-for _name in (
-    "detect-densefusion",
-    "detect-depth",
-    "detect-keypoints",
-    "segment-densefusion",
-    "segment-densefusion-early",
-    "segment-densefusion-middle-1",
-    "segment-densefusion-middle-2",
-    "segment-densefusion-depth",
-    "segment-densefusion-pointcloud",
-    "segment-object-coordinates",
-    "segment-rectangle-fit",
-    "segment-icp-multistart",
-    "segment-front-fit",
-):
-    ESTIMATORS.add(_name, f"warehouse_sim.estimators.load:{_name.upper().replace('-', '_')}")
-ESTIMATORS.add("detect-pointcloud", "warehouse_sim.estimators.lidar.pointcloud:DETECT_POINTCLOUD")
-ESTIMATORS.add("lidar-direct", "warehouse_sim.estimators.lidar.direct:LIDAR_DIRECT")
 DETECTORS = Registry("detector")
-for _name in ("detector-rgb", "detector-depth", "detector-rgbd", "detector-lidar"):
-    _constant = _name.upper().replace("-", "_")
-    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.yolov5.settings:{_constant}")
-for _name in ("rtdetr-rgb", "rtdetr-depth", "rtdetr-rgbd"):
-    DETECTORS.add(_name, f"warehouse_sim.estimators.detectors.rtdetr.settings:{_name.upper().replace('-', '_')}")
-DETECTORS.add("detector-sweep", "warehouse_sim.estimators.lidar.sweep.settings:DETECTOR_SWEEP")
 SEGMENTERS = Registry("segmenter")
-for _name in ("segmenter-rgb", "segmenter-depth", "segmenter-rgbd", "keypoints-rgb", "keypoints-rgbd"):
-    _constant = _name.upper().replace("-", "_")
-    SEGMENTERS.add(_name, f"warehouse_sim.estimators.segmenters.segnet.settings:{_constant}")
-SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxClusters")
 FAMILIES = Registry("kind of run folder", group="warehouse_sim.estimator_families")
-FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS = Registry("kind of run folder that finds objects", group="warehouse_sim.front_end_families")
+_FUSIONS = (
+    "densefusion",
+    *(f"densefusion-{kind}" for kind in ("early", "middle-1", "middle-2", "depth", "pointcloud")),
+)
+_POSES = (*_FUSIONS, "object-coordinates")
+_CONSTANTS: tuple[tuple[Registry, str, tuple[str, ...]], ...] = (
+    (ESTIMATORS, "pose.densefusion.methods", _POSES),
+    (ESTIMATORS, "load", ("detect-densefusion", "detect-depth", "detect-keypoints")),
+    (
+        ESTIMATORS,
+        "load",
+        tuple(f"segment-{name}" for name in (*_POSES, "rectangle-fit", "icp-multistart", "front-fit")),
+    ),
+    (ESTIMATORS, "lidar.pointcloud", ("detect-pointcloud",)),
+    (ESTIMATORS, "lidar.direct", ("lidar-direct",)),
+    (DETECTORS, "detectors.yolov5.settings", tuple(f"detector-{name}" for name in ("rgb", "depth", "rgbd", "lidar"))),
+    (DETECTORS, "detectors.rtdetr.settings", tuple(f"rtdetr-{name}" for name in ("rgb", "depth", "rgbd"))),
+    (DETECTORS, "lidar.sweep.settings", ("detector-sweep",)),
+    (SEGMENTERS, "segmenters.segnet.settings", tuple(f"segmenter-{name}" for name in ("rgb", "depth", "rgbd"))),
+    (SEGMENTERS, "segmenters.segnet.settings", ("keypoints-rgb", "keypoints-rgbd")),
+)
+"""Which names are constants of which module, each called as its name in capitals."""
+for _registry, _module, _names in _CONSTANTS:
+    for _name in _names:
+        _registry.add(_name, f"warehouse_sim.estimators.{_module}:{_name.upper().replace('-', '_')}")
+ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
+ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:PoseFit")
+ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.faces.estimator:FaceEstimator")
+SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxClusters")
+FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS.add("detector", "warehouse_sim.estimators.detectors.estimator:TrainedDetector")
 FRONT_ENDS.add("sweep-detector", "warehouse_sim.estimators.lidar.sweep.estimator:TrainedSweepDetector")
 FRONT_ENDS.add("rtdetr", "warehouse_sim.estimators.detectors.rtdetr.estimator:TrainedRtdetr")

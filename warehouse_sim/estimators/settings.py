@@ -4,13 +4,14 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from warehouse_sim.dataset.reader import Calibration
-from warehouse_sim.estimators.api import DepthSource
 from warehouse_sim.estimators.gravity import GravitySource
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
+DepthSource = Literal["camera", "lidar", "lidar-sparse"]
+"""Whose depth is seen: the camera's own, the main LiDAR's filled up, or only where it has points."""
 Refinement = Literal["none", "icp", "verify"]
 
 

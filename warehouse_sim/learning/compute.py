@@ -1,6 +1,6 @@
 """Where and how networks compute: device, arithmetic, threads, or not at all but for their shapes."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
@@ -76,12 +76,6 @@ def place(
     network.to(chosen)
     small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
     return chosen, threads or (1 if small else None)
-
-
-def count_weights(networks: Mapping[str, Callable[[], nn.Module]]) -> dict[str, int]:
-    """Return the number of weights of networks by name, which are made of shapes alone."""
-    with shapes_only():
-        return {name: sum(item.numel() for item in make().parameters()) for name, make in networks.items()}
 
 
 @contextmanager

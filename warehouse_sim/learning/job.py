@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import nn
@@ -24,11 +24,9 @@ from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
 from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, StartingWeights, read_weights
 from warehouse_sim.learning.settings import LoopConfig, Progress
+from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 from warehouse_sim.output import writing
 from warehouse_sim.resources import cache_folder, model_dir
-
-if TYPE_CHECKING:
-    from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class Started:
 class TrainingJob(ABC):
     """What every process of a training must know; it is sent to each. A family says what is trained."""
 
-    method: "TrainableNetwork"
+    method: TrainableNetwork
     """What is trained, by name."""
     data: tuple[Path, ...]
     """Dataset folders."""
@@ -61,7 +59,7 @@ class TrainingJob(ABC):
     """Settings."""
     cache: Path | None = None
     """Folder that keeps samples; by default one of the user's, ``Path("none")`` for none."""
-    open_stream: "OpenStream | None" = None
+    open_stream: OpenStream | None = None
     """Opens the stream that the settings name."""
 
     run_config: ClassVar[type[RunConfig]]

@@ -12,7 +12,6 @@ from warehouse_sim.optional import require_extra
 from warehouse_sim.resources import model_dir, model_names
 
 if TYPE_CHECKING:
-    from warehouse_sim.learning.job import TrainingJob
     from warehouse_sim.schema import Observation
 
 OpenStream = Callable[[StreamConfig, int], Iterator["Observation"]]
@@ -61,9 +60,9 @@ class TrainableNetwork:
         open_stream: OpenStream | None = None,
     ) -> Path:
         """Train as ``warehouse_sim.estimators.train.train`` says; ``config`` must be of the type of ``settings``."""
-        from warehouse_sim.learning.job import train_job
-
-        return train_job(self.make_job(data, run, config, cache, open_stream), resume, progress, init)
+        train_job = _found("warehouse_sim.learning.job:train_job")
+        trained: Path = train_job(self.make_job(data, run, config, cache, open_stream), resume, progress, init)
+        return trained
 
     def make_job(
         self,
@@ -72,8 +71,8 @@ class TrainableNetwork:
         config: LoopConfig,
         cache: Path | None = None,
         open_stream: OpenStream | None = None,
-    ) -> "TrainingJob":
-        """Return the training of it.
+    ) -> Any:
+        """Return the training of it, what ``job`` names.
 
         Raises:
             TrainingError: The settings are of another type.
@@ -84,8 +83,7 @@ class TrainableNetwork:
             require_extra(self.extra, f"to train {self.name}")
         if not isinstance(config, wanted):
             raise TrainingError(f"{self.name} is trained with a {wanted.__name__}, found a {type(config).__name__}")
-        job: TrainingJob = _found(self.job)(self, tuple(data), run, config, cache, open_stream)
-        return job
+        return _found(self.job)(self, tuple(data), run, config, cache, open_stream)
 
     def calibrate(self, run: Path, data: Sequence[Path], progress: Progress | None = None) -> str:
         """Do nothing: what is found ranks by its score, and nothing more is requested of it."""

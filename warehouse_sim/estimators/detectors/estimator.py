@@ -17,6 +17,9 @@ from warehouse_sim.estimators.images.settings import DepthSource
 from warehouse_sim.learning.compute import cpu_threads, place
 from warehouse_sim.ranges import Fraction, Range, ranged
 
+MOST_DETECTIONS = 300
+"""Of an image."""
+
 
 @dataclass(frozen=True)
 @ranged
@@ -27,8 +30,6 @@ class DetectConfig:
     """Detections of lower scores are left out, 0-1."""
     max_overlap: Fraction = 0.6
     """Intersection over union with a better one of the same class from which on a detection is left out, 0-1."""
-    max_detections: Annotated[int, Range(1, 1000)] = 300
-    """Detections of an image at most, 1-1,000."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Where the network runs; auto takes a GPU if there is one."""
     threads: Annotated[int, Range(1, 1024)] | None = None
@@ -91,7 +92,7 @@ class TrainedDetector(Detector):
         config = self.config
         kept = suppress(
             boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.min_score, config.max_overlap,
-            config.max_detections,
+            MOST_DETECTIONS,
         )  # fmt: skip
         edges = box.off_canvas(kept.boxes)
         by_object = self.run_config.train.labels == "object"

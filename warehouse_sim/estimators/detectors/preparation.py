@@ -1,6 +1,6 @@
 """Turn dataset folders into what training of a detector runs on: images of both splits, classes; then anchors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTr
 from warehouse_sim.estimators.images.rows import load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
 from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import reports_reading
 from warehouse_sim.learning.settings import Progress
 
 
@@ -58,7 +59,7 @@ def prepare(
             arrays
             for reader in readers
             for arrays in load_images(
-                reader, split, images, config.workers, cache, _reading(progress, f"{split} of {reader.root.name}")
+                reader, split, images, config.workers, cache, reports_reading(progress, split, reader)
             )
         ]
     classes, class_of = known_classes(readers, found["train"], config)
@@ -122,7 +123,3 @@ def wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxT
     rows = rows[np.isin(rows[:, 4].astype(int), list(class_of))]
     rows = rows[config.is_wanted(rows)]
     return rows[:, 2:4] - rows[:, :2]
-
-
-def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

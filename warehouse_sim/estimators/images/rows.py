@@ -1,32 +1,27 @@
 """The images of a split on their canvas, with the boxes of their targets: read once, kept in a cache, mapped."""
 
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float32, UInt16
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.errors import DatasetError, TrainingError
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.settings import DepthSource, ImageConfig
-from warehouse_sim.estimators.lidar.projection import sparse_depth
+from warehouse_sim.estimators.lidar.projection import read_sweep, sparse_depth, sweep_points
 from warehouse_sim.estimators.lidar.upsample import upsample
-from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import load_rows, split_images
 
 MOST_LABELS = 128
 """Of an image with more, the largest are kept."""
 LABEL = ("left", "top", "right", "bottom", "obj_id", "visible_fraction", "height_px", "gt_index")
 """Columns of a label: edges on the canvas (px), object, what is seen of it, height in the image itself (px)."""
-DepthReader = Callable[[DatasetReader, ImageRecord], Float32[np.ndarray, "h w"]]
 
 
 def image_rows(reader: DatasetReader, image: ImageRecord, config: ImageConfig) -> Arrays:
@@ -45,7 +40,7 @@ def image_rows(reader: DatasetReader, image: ImageRecord, config: ImageConfig) -
     if "rgb" in config.reads:
         rows["rgb"] = box.smooth(reader.rgb(image))[None]
     if "depth" in config.reads:
-        depth = depth_reader(config.depth_source)(reader, image)
+        depth = read_depth(reader, image, config.depth_source)
         rows["depth"] = canonical_mm(box.picked(depth), box.focal_px(camera))[None]
     return rows
 
@@ -69,23 +64,17 @@ def canonical_mm(depth: Float32[np.ndarray, "h w"], focal_px: float) -> UInt16[n
     return np.clip(np.rint(scaled), 0, 65_000).astype(np.uint16)
 
 
-def depth_reader(source: DepthSource) -> DepthReader:
-    """Return what reads the depth of an image."""
-    return _camera_depth if source == "camera" else _lidar_depth
+def read_depth(reader: DatasetReader, image: ImageRecord, source: DepthSource) -> Float32[np.ndarray, "h w"]:
+    """Return the depth of an image (m), 0 where there is none.
 
-
-def _camera_depth(reader: DatasetReader, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+    Raises:
+        DatasetError: The dataset holds none, or no sweeps.
+    """
+    if source == "lidar":
+        return upsample(sparse_depth(image.camera, sweep_points(read_sweep(reader, image))).depth)
     if not reader.has_depth:
         raise DatasetError(f"{reader.root}: holds no depth images; take a detector of colour")
     return reader.depth(image)
-
-
-def _lidar_depth(reader: DatasetReader, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-    mounted = reader.sweep(image)
-    if mounted is None:
-        raise DatasetError(f"{reader.root}: holds no sweeps; generate it with a LiDAR and the format kitti")
-    points = transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
-    return upsample(sparse_depth(image.camera, points).depth)
 
 
 _FORMAT = 1
@@ -102,49 +91,18 @@ def load_images(
 ) -> list[Arrays]:
     """Return the arrays of ``image_rows`` for all images of a split, those of one canvas together.
 
-    Args:
-        reader: The dataset.
-        split: Which split.
-        config: What is read.
-        workers: Threads that decode images.
-        cache: Folder to keep images in; None keeps them in memory.
-        progress: Called with the fraction of the images that is read; not called when they are found.
+    Arguments are those of ``load_rows``; ``config`` says what is read.
 
     Raises:
         TrainingError: No such split, or the cache cannot be written.
         DatasetError: Depth is requested, and there is none.
     """
-    if split not in reader.splits:
-        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
     groups: dict[tuple[int, int], list[ImageRecord]] = {}
-    for image in reader.images(split):
+    for image in split_images(reader, split):
         groups.setdefault((image.camera.width, image.camera.height), []).append(image)
     found = list[Arrays | None]()
     for size_wh, images in groups.items():
-        chunks = read_rows(partial(image_rows, reader, config=config), images, workers, progress)
-        digest = rows_digest(reader, split, [_FORMAT, split, size_wh, asdict(config)])
-        found.append(joined(chunks) if cache is None else kept_arrays(cache / f"{split}-{digest}", "images", chunks))
+        settings = [_FORMAT, split, size_wh, asdict(config)]
+        read = partial(image_rows, reader, config=config)
+        found.append(load_rows(reader, split, images, read, settings, "images", workers, cache, progress))
     return [arrays for arrays in found if arrays is not None]
-
-
-def read_rows(
-    read: Callable[[ImageRecord], Arrays],
-    images: Sequence[ImageRecord],
-    workers: int,
-    progress: Callable[[float], None] | None,
-) -> Iterator[Arrays]:
-    """Yield what is read of each image, in their order, by several threads."""
-    with ThreadPoolExecutor(workers) as pool:
-        for done, rows in enumerate(pool.map(read, images), start=1):
-            yield rows
-            if progress:
-                progress(done / len(images))
-
-
-def rows_digest(reader: DatasetReader, split: str, settings: list[Any]) -> str:
-    """Return a text that changes with anything the arrays depend on: manifest, labels, sizes of files, settings."""
-    digest = hashlib.sha256(json.dumps([reader.digest, *settings]).encode())
-    for path in reader.files(split):
-        labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
-        digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)
-    return digest.hexdigest()[:24]

@@ -13,24 +13,24 @@ from warehouse_sim.geometry.clouds import thin_by_voxels
 from warehouse_sim.optional import require
 from warehouse_sim.ranges import Range, ranged
 
+_SPACINGS = 8.0
+"""Neighbours are nearer than so many distances of neighbouring readings."""
+_FEW = 150
+
 
 @dataclass(frozen=True)
 @ranged
 class ClusterConfig:
     """What makes a cluster."""
 
-    spacings: Annotated[float, Range(0.1, 100)] = 8.0
-    """Neighbours are nearer than so many distances of neighbouring readings, 0.1-100."""
     min_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.1
-    """But at least this near (m), 0.0001-100 ..."""
+    """Neighbours are at least this near (m), 0.0001-100 ..."""
     max_eps: Annotated[float, Range(1e-4, 100, "m")] = 0.25
     """... and at most this far (m), 0.0001-100."""
     min_points: Annotated[int, Range(1, 10_000)] = 10
     """A point with so many neighbours, itself included, is a core, 1-10,000."""
     min_points_few: Annotated[int, Range(1, 10_000)] = 5
-    """The same in clouds of few points, 1-10,000."""
-    few: Annotated[int, Range(0, 1_000_000)] = 150
-    """Clouds with fewer points are few, 0-1,000,000."""
+    """The same in clouds of fewer than ``_FEW`` points, 1-10,000."""
     voxels: Annotated[float, Range(0, 10)] = 0.5
     """Points in a cube with this edge (in eps) are taken together, each counted, 0-10; 0 takes every one alone."""
     library: Literal["scipy", "scikit-learn"] = "scipy"
@@ -63,7 +63,7 @@ def eps_at(z: Float[np.ndarray, " n"], spacing: float, config: ClusterConfig) ->
         spacing: Angle between neighbouring readings (rad): 1 / f of a depth image, the step of a LiDAR's beams.
         config: Settings.
     """
-    return np.clip(config.spacings * z * spacing, config.min_eps, config.max_eps)
+    return np.clip(_SPACINGS * z * spacing, config.min_eps, config.max_eps)
 
 
 def in_reaches(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterConfig) -> Float[np.ndarray, "n 3"]:
@@ -72,7 +72,7 @@ def in_reaches(points: Float[np.ndarray, "n 3"], spacing: float, config: Cluster
     (x, y) / eps(z) and the integral of dz / eps(z): where eps is proportional to z these are the ray's direction and
     log z, where it is constant the point itself, and where the two meet they are continuous.
     """
-    z, rate = points[:, 2], config.spacings * spacing
+    z, rate = points[:, 2], _SPACINGS * spacing
     low, high = config.min_eps / rate, config.max_eps / rate
     ahead = np.minimum(z, low) / config.min_eps
     ahead += np.log(np.clip(z, low, high) / low) / rate
@@ -97,7 +97,7 @@ def cluster(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterCon
     scaled = in_reaches(np.asarray(points, dtype=float), spacing, config)
     centres, group = (scaled, np.arange(len(scaled))) if config.voxels == 0 else thin_by_voxels(scaled, config.voxels)
     weight = np.bincount(group, minlength=len(centres))
-    least = config.min_points_few if len(points) < config.few else config.min_points
+    least = config.min_points_few if len(points) < _FEW else config.min_points
     found = (dbscan if config.library == "scipy" else _sklearn_dbscan)(centres, weight, least)
     return Clusters(found.label[group], found.is_core[group])
 

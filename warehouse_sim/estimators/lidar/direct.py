@@ -5,25 +5,24 @@ No camera takes part: each object is looked at from the LiDAR, in a level frame 
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.api import Composition, KnownObject, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.detections import AUTO
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import chosen_points, cluster
+from warehouse_sim.estimators.lidar.pointcloud import PointChain, point_network
 from warehouse_sim.estimators.lidar.projection import sparse_depth
-from warehouse_sim.estimators.lidar.resample import Resampling, resample
 from warehouse_sim.estimators.lidar.sweep.estimator import UPWARDS, SweepDetection, TrainedSweepDetector, require_sweep
 from warehouse_sim.estimators.lidar.sweep.rows import floor_in, up_of
 from warehouse_sim.estimators.lidar.sweep.view import ObjectView, facing_points, object_view
-from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.matching import taken_by
-from warehouse_sim.estimators.pipeline import Pipeline, WithFrontEnd
+from warehouse_sim.estimators.pipeline import WithFrontEnd
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.settings import PredictConfig
@@ -37,32 +36,13 @@ _LEAST_POINTS = 10
 _NO_CAMERA = PinholeCamera.from_focal(1, 1, 1.0)
 
 
-class ViewChain(Pipeline):
-    """The stages of a network on views of single objects.
+class ViewChain(PointChain):
+    """The stages of a network on views of single objects; see ``PointChain`` for the arguments."""
 
-    Args:
-        network: Reads points alone.
-        resampling: How an object's points become as many as it takes, where it takes nothing else.
-    """
-
-    def __init__(self, network: Estimator, resampling: Resampling) -> None:
-        super().__init__(replace(network.stages, detect=(), select=self._select), network.objects)
-        self._network, self._resampling = network, resampling
-
-    def _select(self, image: RgbdImage) -> list[Crop]:
+    def points_of(self, image: RgbdImage, crop: Crop) -> tuple[Float[np.ndarray, "n 3"], list[int]]:
+        """Return the object's points as the LiDAR read them."""
         assert isinstance(image, ObjectView)
-        return [self._resampled(image, crop) for crop in self._network.cut(image)]
-
-    def _resampled(self, image: ObjectView, crop: Crop) -> Crop:
-        if crop.around is not None:
-            # Points beside the object, each with what is known of it, are drawn by the network's own rules.
-            return crop
-        seed = [self._network.config.seed, image.scene_id, image.image_id]
-        chosen = resample(image.own, self._network.point_count, self._resampling, np.random.default_rng(seed))
-        nothing = np.zeros(len(chosen))
-        return replace(
-            crop, points=chosen.astype(np.float32), border_px=nothing.astype(np.uint8), pixel=nothing.astype(np.int32)
-        )
+        return image.own, []
 
 
 class SweepPoses(PoseEstimator):
@@ -70,14 +50,13 @@ class SweepPoses(PoseEstimator):
 
     Args:
         network: Reads points alone.
-        resampling: How an object's points become as many as it takes.
     """
 
     reads_sweep = True
     reads_rgb = False
 
-    def __init__(self, network: Estimator, resampling: Resampling = "kmeans") -> None:
-        self._chain, self._network = ViewChain(network, resampling), network
+    def __init__(self, network: Estimator) -> None:
+        self._chain, self._network = ViewChain(network), network
 
     @property
     def min_visible(self) -> LeastVisible:
@@ -125,7 +104,7 @@ class SweepPoses(PoseEstimator):
         if own.sum() < _LEAST_POINTS:
             return None
         T_lidar_view = facing_points(sweep.points[own], up)
-        numbered = replace(item, number=position if item.number is None else item.number)
+        numbered = replace(item, number=item.number_at(position))
         return object_view(sweep.points, own, T_lidar_view, numbered, (image.scene_id, image.image_id))
 
 
@@ -156,20 +135,16 @@ class LidarDirect(WithFrontEnd):
         return self._poses.estimate(RgbdImage(_NO_CAMERA, np.zeros((1, 1), np.float32), found, sweep=sweep))
 
 
+@dataclass(frozen=True)
 class DirectMethod(Composition):
-    """What ``lidar-direct`` stands for: a bundled network behind a detector of sweeps.
+    """What ``lidar-direct`` stands for: a bundled network behind a detector of sweeps."""
 
-    Args:
-        network: Name of the network, which must read points alone.
-        resampling: How an object's points become a fixed number.
-        detector: Name of what finds objects in sweeps.
-    """
-
+    network: str
+    """The network, which must read points alone."""
+    detector: str
+    """Finds objects in sweeps."""
     inputs = "LiDAR sweep: range image, clusters, cloud"
     front_end = estimator = ""
-
-    def __init__(self, network: str, resampling: Resampling = "kmeans", detector: str = "detector-sweep") -> None:
-        self._network, self._resampling, self._detector = network, resampling, detector
 
     def configured(self, config: PredictConfig) -> PoseEstimator:
         """Return the estimator; where ``config`` says where detections come from, no detector is needed.
@@ -178,23 +153,15 @@ class DirectMethod(Composition):
             TrainingError: The detector has no bundled weights.
             InputError: The network reads an image, or uncertainty was fitted for it alone.
         """
-        if config.detections == AUTO and self._detector not in model_names():
+        if config.detections == AUTO and self.detector not in model_names():
             raise TrainingError(
-                f"lidar-direct finds objects by {self._detector}, which has no bundled weights: train it, and predict "
+                f"lidar-direct finds objects by {self.detector}, which has no bundled weights: train it, and predict "
                 "with --detections RUN"
             )
-        if config.reject is not None or config.reject_blocked:
-            raise InputError("no uncertainty was fitted for what LiDAR chains estimate; leave --reject out")
-        network = load_estimator(
-            self._network,
-            replace(config, refine=config.refine or "icp", uncertainty=False, reject=None, reject_blocked=False),
-        )
-        if not isinstance(network, Estimator) or network.crop.side_px is not None:
-            raise InputError(f"{self._network} reads an image; a LiDAR alone has none")
-        poses = SweepPoses(network, self._resampling)
+        poses = SweepPoses(point_network(self.network, replace(config, refine=config.refine or "icp")))
         if config.detections != AUTO:
             return poses
-        return LidarDirect(poses, TrainedSweepDetector(Path(model_dir(self._detector))), config.objects)
+        return LidarDirect(poses, TrainedSweepDetector(Path(model_dir(self.detector))), config.objects)
 
 
 def points_seen_in(sweep: SweepView, detection: Detection, camera: PinholeCamera) -> Bool[np.ndarray, " n"]:
@@ -212,5 +179,5 @@ def points_seen_in(sweep: SweepView, detection: Detection, camera: PinholeCamera
     return own
 
 
-LIDAR_DIRECT = DirectMethod("densefusion-pointcloud")
+LIDAR_DIRECT = DirectMethod("densefusion-pointcloud", "detector-sweep")
 """From a LiDAR's sweep to poses, without a camera between them."""

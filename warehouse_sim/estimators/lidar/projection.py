@@ -6,13 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
-from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.api import DepthSource
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
+from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.estimators.lidar.upsample import UpsampleConfig, upsample
+from warehouse_sim.estimators.lidar.upsample import HEIGHT_PX, upsample
+from warehouse_sim.estimators.settings import DepthSource
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.clouds import cloud_to_depth
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.schema import LidarScan, MountedReading
 
 NEAREST = 0.1
 """Depth (m) below which a point is not before the camera."""
@@ -63,6 +65,34 @@ class LidarCalibration:
         return np.asarray(np.linalg.solve(self.Clb, homogeneous)[:3].T)
 
 
+def read_sweep(
+    reader: DatasetReader, image: ImageRecord, purpose: str = "", remedy: str = ""
+) -> MountedReading[LidarScan]:
+    """Return the sweep of an image.
+
+    Args:
+        reader: The dataset.
+        image: Which image.
+        purpose: What it is for, behind a space, and
+        remedy: what else helps, for the message.
+
+    Raises:
+        DatasetError: There is none.
+    """
+    mounted = reader.sweep(image)
+    if mounted is None:
+        raise DatasetError(
+            f"{reader.root}: holds no sweep of image {image.scene_id}/{image.image_id}{purpose}; "
+            f"generate it with a LiDAR and the format kitti{remedy}"
+        )
+    return mounted
+
+
+def sweep_points(mounted: MountedReading[LidarScan]) -> Float[np.ndarray, "n 3"]:
+    """Return the points of a sweep in the frame of its image's camera (m)."""
+    return transform_points(mounted.T_camera_sensor, mounted.reading.points.astype(float))
+
+
 class SparseDepth(NamedTuple):
     """A sweep as a depth image: most pixels are empty."""
 
@@ -93,7 +123,7 @@ def with_lidar_depth(
     image: RgbdImage,
     points: Float[np.ndarray, "n 3"],
     source: DepthSource = "lidar",
-    config: UpsampleConfig = UpsampleConfig(),  # noqa: B008  frozen
+    height_px: int = HEIGHT_PX,
 ) -> RgbdImage:
     """Return the image with the depth of a sweep.
 
@@ -101,9 +131,9 @@ def with_lidar_depth(
         image: Of any camera; its own depth is not looked at.
         points: Of the sweep in the frame of that camera (m).
         source: "lidar" or "lidar-sparse"; "camera" returns the image as it is.
-        config: How the sparse depth is filled.
+        height_px: Height of the window in which sparse depth is filled, see ``upsample``.
     """
     if source == "camera":
         return image
     depth = sparse_depth(image.camera, points).depth
-    return replace(image, depth=upsample(depth, config) if source == "lidar" else depth)
+    return replace(image, depth=upsample(depth, height_px) if source == "lidar" else depth)

@@ -6,14 +6,21 @@ that samples bring their slope, so that floors and turned fronts do not become s
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from warehouse_sim.ranges import Range, ranged
-
+WIDTH_PX, HEIGHT_PX = 9, 15
+"""Size of the window, odd, for 64 beams and a focal length of 700 px: it holds four columns of a sweep with 0.17 deg
+between them, and at least two beams that are 0.5 deg apart, off the axis, too."""
+_STEP, _STEP_FRACTION = 0.3, 0.05
+"""Readings of a window that differ by more are of two surfaces (m): at zero range, and by this fraction of it more."""
+_SAME, _SAME_FRACTION = 0.1, 0.02
+"""Readings that are averaged differ by less from the one that was chosen (m): at zero range, and by this fraction of it
+more."""
+_LEAST_READINGS = 3
+"""Readings that the window must hold."""
 _HOLD = 6.0
 """The slope is held at 0 as strongly as by a neighbour of weight 1 this far away (px)."""
 _MOST_CHANGE = 0.3
@@ -49,18 +56,16 @@ class Samples:
         return self.inverse + (self.slope[0] * np.float32(right) + self.slope[1] * np.float32(down))
 
 
-def with_slopes(samples: Samples, padded: Float32[np.ndarray, "h w"], step: float, step_fraction: float) -> Samples:
+def with_slopes(samples: Samples, padded: Float32[np.ndarray, "h w"]) -> Samples:
     """Return the readings with slopes, by least squares of the inverse depths of their neighbours.
 
     Args:
         samples: The readings.
         padded: The image that they are of.
-        step: Neighbours that differ by more are of another surface (m) ...
-        step_fraction: ... at zero range, and by this fraction of the range more.
     """
     number = np.full(padded.size, -1, dtype=np.int32)
     number[samples.place] = np.arange(len(samples.place), dtype=np.int32)
-    inverse, reach = (1.0 / samples.depth).astype(np.float64), step + step_fraction * samples.depth
+    inverse, reach = (1.0 / samples.depth).astype(np.float64), _STEP + _STEP_FRACTION * samples.depth
     moments = np.zeros((5, len(samples.place)))
     for down in range(-samples.half_h, samples.half_h + 1):
         for right in range(-samples.half_w, samples.half_w + 1):
@@ -69,23 +74,14 @@ def with_slopes(samples: Samples, padded: Float32[np.ndarray, "h w"], step: floa
             other = number[samples.place + (down * padded.shape[1] + right)]
             one = np.flatnonzero(other >= 0)
             other = other[one]
-            one, other = _of_one_surface(samples.depth, reach, one, other)
+            near = np.abs(samples.depth[other] - samples.depth[one]) <= reach[one]
+            one, other = one[near], other[near]
             difference = inverse[other] - inverse[one]
             moments[:, one] += np.stack(np.broadcast_arrays(
                 right * right, right * down, down * down, right * difference, down * difference
             ))  # fmt: skip
     most = _MOST_CHANGE * inverse / (samples.half_h + samples.half_w)
     return replace(samples, slope=np.clip(_solved(moments), -most, most).astype(np.float32))
-
-
-def _of_one_surface(
-    depth: Float32[np.ndarray, " n"],
-    reach: Float[np.ndarray, " n"],
-    one: Int[np.ndarray, " m"],
-    other: Int[np.ndarray, " m"],
-) -> tuple[Int[np.ndarray, " k"], Int[np.ndarray, " k"]]:
-    near = np.abs(depth[other] - depth[one]) <= reach[one]
-    return one[near], other[near]
 
 
 def _solved(moments: Float[np.ndarray, "5 n"]) -> Float[np.ndarray, "2 n"]:
@@ -97,47 +93,28 @@ def _solved(moments: Float[np.ndarray, "5 n"]) -> Float[np.ndarray, "2 n"]:
     return np.stack([across, down])
 
 
-@dataclass(frozen=True)
-@ranged
-class UpsampleConfig:
-    """How a sparse depth image is filled; the defaults are for 64 beams and a focal length of 700 px."""
-
-    width_px: Annotated[int, Range(3, 101, "px")] = 9
-    """Width of the window, 3-101, odd; it holds four columns of a sweep with 0.17 deg between them."""
-    height_px: Annotated[int, Range(3, 101, "px")] = 15
-    """Height of the window, 3-101, odd; it holds at least two beams that are 0.5 deg apart, off the axis, too."""
-    step: Annotated[float, Range(0, 10, "m")] = 0.3
-    """Readings of a window that differ by more are of two surfaces (m), 0-10 ..."""
-    step_fraction: Annotated[float, Range(0, 1)] = 0.05
-    """... at zero range, and by this fraction of the range more, 0-1."""
-    same: Annotated[float, Range(1e-3, 10, "m")] = 0.1
-    """Readings that are averaged differ by less from the one that was chosen (m), 0.001-10 ..."""
-    same_fraction: Annotated[float, Range(0, 1)] = 0.02
-    """... at zero range, and by this fraction of the range more, 0-1."""
-    min_readings: Annotated[int, Range(1, 100)] = 3
-    """Readings that the window must hold, 1-100."""
-
-    def __post_init__(self) -> None:
-        if self.width_px % 2 == 0 or self.height_px % 2 == 0:
-            raise ValueError(f"the window must have odd sides, found {self.width_px} x {self.height_px} px")
-
-
 def upsample(
     sparse: Float32[np.ndarray, "h w"],
-    config: UpsampleConfig = UpsampleConfig(),
+    height_px: int = HEIGHT_PX,
 ) -> Float32[np.ndarray, "h w"]:
     """Return a dense depth image (m, 0 = too few readings about it) of a sparse one (m, 0 = no reading).
 
     A pixel whose window holds readings that differ by a step is of the surface that has more weight there, of the
     nearer one in uncertainty. Its depth is the mean, in inverse depth and weighted by distance in the image, of what
     the readings of that surface say of it, each along its own slope. No depth lies between two surfaces.
+
+    Args:
+        sparse: Most pixels have no reading.
+        height_px: Height of the window, odd; of fewer beams more than ``HEIGHT_PX``.
     """
-    half_h, half_w = config.height_px // 2, config.width_px // 2
+    if height_px % 2 == 0:
+        raise ValueError(f"the window must have odd sides, found {height_px} px")
+    half_h, half_w = height_px // 2, WIDTH_PX // 2
     padded = np.pad(np.asarray(sparse, dtype=np.float32), ((half_h, half_h), (half_w, half_w)))
     samples = Samples.of(padded, half_h, half_w)
     if not len(samples.place):
         return np.zeros_like(sparse, dtype=np.float32)
-    window, samples = _Window(padded, config), with_slopes(samples, padded, config.step, config.step_fraction)
+    window, samples = _Window(padded, height_px), with_slopes(samples, padded)
     dense = window.mean(samples, window.nearest(samples, window.vote(samples)))
     dense[~window.surrounded()] = 0.0
     return np.ascontiguousarray(dense[half_h:-half_h, half_w:-half_w])
@@ -146,9 +123,9 @@ def upsample(
 class _Window:
     """The window about every pixel of a padded image; loops run over its places, arrays over the readings."""
 
-    def __init__(self, padded: Float32[np.ndarray, "h w"], config: UpsampleConfig) -> None:
-        self._depth, self._config = padded, config
-        size = config.height_px, config.width_px
+    def __init__(self, padded: Float32[np.ndarray, "h w"], height_px: int) -> None:
+        self._depth = padded
+        size = height_px, WIDTH_PX
         down, right = np.mgrid[: size[0], : size[1]] - np.array([size[0] // 2, size[1] // 2])[:, None, None]
         weight = np.exp(-0.5 * ((4.0 * down / size[0]) ** 2 + (4.0 * right / size[1]) ** 2)).astype(np.float32)
         order = np.argsort(weight, axis=None, kind="stable")
@@ -158,11 +135,11 @@ class _Window:
 
     def vote(self, samples: Samples) -> list[Bool[np.ndarray, " n"]]:
         """Return for each place of the window which readings are of the surface of the pixel that lies there."""
-        config, depth = self._config, self._depth
+        depth = self._depth
         box, far = np.ones(self._kernel.shape, np.uint8), float(np.finfo(np.float32).max)
         least = cv2.erode(np.where(depth > 0, depth, far), box, borderType=cv2.BORDER_CONSTANT, borderValue=far)
         most = cv2.dilate(depth, box, borderType=cv2.BORDER_CONSTANT, borderValue=0.0)
-        stepped = (most - least > config.step + config.step_fraction * least) & (most > 0)
+        stepped = (most - least > _STEP + _STEP_FRACTION * least) & (most > 0)
         # Where nothing steps all readings are near.
         middle = np.where(stepped, 0.5 * (least + most), far).astype(np.float32).ravel()
         total = cv2.filter2D((depth > 0).astype(np.float32), -1, self._kernel, borderType=cv2.BORDER_CONSTANT).ravel()
@@ -188,10 +165,10 @@ class _Window:
 
     def mean(self, samples: Samples, reference: Float32[np.ndarray, " p"]) -> Float32[np.ndarray, "h w"]:
         """Return the mean depth (m) of the readings that agree with each pixel's reference; 0 where there is none."""
-        config, shape = self._config, self._depth.shape
+        shape = self._depth.shape
         depth = 1.0 / np.maximum(reference, 1e-6)
         # A difference of inverse depths is one of depths over the depth's square.
-        narrow = (depth**2 / (config.same + config.same_fraction * depth)).astype(np.float32)
+        narrow = (depth**2 / (_SAME + _SAME_FRACTION * depth)).astype(np.float32)
         weights, sums = np.zeros(self._depth.size, np.float32), np.zeros(self._depth.size, np.float32)
         for down, right, weight in self._places:
             at = samples.place + (down * shape[1] + right)
@@ -211,7 +188,7 @@ class _Window:
         hold a reading, on the other half as much again may be looked at: beams may be that far apart.
         """
         has, (height, width) = (self._depth > 0).astype(np.float32), self._kernel.shape
-        enough = _count(has, height, width, None) >= self._config.min_readings - 0.5
+        enough = _count(has, height, width, None) >= _LEAST_READINGS - 0.5
         farther = 2 * (3 * height // 4) + 1
         for side in ("left", "right", "up", "down"):
             enough &= _count(has, farther if side in ("up", "down") else height, width, side) >= 0.5

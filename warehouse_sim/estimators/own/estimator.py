@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.results.pose_csv import require_estimates
 from warehouse_sim.errors import EstimatorError, InputError, shown
-from warehouse_sim.estimators.api import DepthSource, KnownObject, LeastVisible, PoseEstimator
+from warehouse_sim.estimators.api import KnownObject, LeastVisible, PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.settings import DepthSource
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import PoseEstimate
 

@@ -123,7 +123,7 @@ class ProgramEstimator(PoseEstimator):
         names = {number: name for name, number in self._numbers.items()}
         name = names.get(item.model) if isinstance(item.model, int) else item.model
         return {
-            "detection": position if item.number is None else item.number,
+            "detection": item.number_at(position),
             "name": name,
             "class_name": item.class_name or None,
             "score": item.score,
@@ -178,7 +178,7 @@ class ProgramEstimator(PoseEstimator):
             return int(row["obj_id"])
         name = row.get("name")
         if name is None:
-            models = {i if item.number is None else item.number: item.model for i, item in enumerate(image.detections)}
+            models = {item.number_at(i): item.model for i, item in enumerate(image.detections)}
             name = models.get(detection)
         if isinstance(name, int):
             return name

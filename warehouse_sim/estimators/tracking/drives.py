@@ -64,9 +64,10 @@ def drives(reader: DatasetReader, split: str) -> list[list[View]]:
         InputError: An image of a drive does not say where the camera is.
     """
     found: dict[tuple[int, int], list[View]] = {}
-    known = reader.manifest is not None
-    records = {number: read_scene_record(reader.root, number) for number in (reader.splits[split] if known else ())}
-    for image in reader.images(split):
+    images = reader.images(split)
+    numbers = {image.scene_id for image in images} if reader.manifest is not None else set[int]()
+    records = {number: read_scene_record(reader.root, number) for number in numbers}
+    for image in images:
         sequence, time = 0, image.image_id * _SECONDS_AN_IMAGE
         if image.scene_id in records:
             record = records[image.scene_id].observations[image.image_id]

@@ -28,11 +28,5 @@ class TrackConfig:
     gating_threshold: Annotated[float, Range(1, 1000)] = 22.46
     """Largest squared Mahalanobis distance between an estimate and its track, 1-1,000; 22.46 keeps 99.9 % of six
     numbers that are as uncertain as is said."""
-    degrees_of_freedom: Annotated[float, Range(0.1, 1000)] = 4.0
-    """Degrees of freedom of the Student's t that errors are taken to follow, 0.1-1,000: what is far out counts less."""
-    same_place: Annotated[float, Range(0, 10, "m")] = 0.4
-    """Tracks of one model nearer than this (m), 0-10, are rivals: two poses of one object, of which one is given."""
     max_age: Annotated[float, Range(0, 3600, "s")] = 3.0
     """For so long (s), 0-3,600, a track is given where nothing was detected but its object should be in the image."""
-    min_support: Annotated[float, Range(0, 1000)] = 1.0
-    """Sum of the scores, 0-1,000, that a track needs to be given without a detection."""

@@ -15,6 +15,12 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate
 
 _FAR = 1e6
+_DEGREES_OF_FREEDOM = 4.0
+"""Of the Student's t that errors are taken to follow: what is far out counts less."""
+_SAME_PLACE = 0.4
+"""Tracks of one model nearer than this (m) are rivals: two poses of one object, of which one is given."""
+_LEAST_SUPPORT = 1.0
+"""Sum of the scores that a track needs to be given without a detection."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +123,8 @@ class Tracker:
 
     def _update(self, track: Track, item: PoseEstimate, measured: Measurement) -> Track:
         T, distance = self._nearest(track, item, measured)
-        degrees_of_freedom = self.config.degrees_of_freedom
         # What six numbers give on average, or less, counts in full; what is far out less (Lange et al. 1989).
-        weight = min(1.0, (degrees_of_freedom + 6.0) / (degrees_of_freedom + distance))
+        weight = min(1.0, (_DEGREES_OF_FREEDOM + 6.0) / (_DEGREES_OF_FREEDOM + distance))
         track.belief = track.belief.updated(replace(measured, T_world_object=T), weight)
         return track
 
@@ -134,7 +139,7 @@ class Tracker:
         if one.last.obj_id != other.last.obj_id or one.images & other.images:
             return False
         apart = one.belief.T_world_object[:3, 3] - other.belief.T_world_object[:3, 3]
-        return bool(np.linalg.norm(apart) < self.config.same_place)
+        return bool(np.linalg.norm(apart) < _SAME_PLACE)
 
     def _best_rival(self, own: Track) -> Track:
         """Return the best supported of a track and its rivals."""
@@ -145,7 +150,7 @@ class Tracker:
         """Return supported tracks of objects that should be in the image, but of which nothing was estimated there."""
         found = []
         for track in self.tracks:
-            recent = view.time - track.time <= self.config.max_age and track.support >= self.config.min_support
+            recent = view.time - track.time <= self.config.max_age and track.support >= _LEAST_SUPPORT
             if not recent or any(track is other or self._are_rivals(track, other) for other in used):
                 continue
             if in_sight(view, track.belief.T_world_object[:3, 3]) and self._best_rival(track) is track:

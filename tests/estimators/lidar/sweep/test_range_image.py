@@ -15,11 +15,11 @@ from warehouse_sim.estimators.lidar.sweep.range_image import (
     range_image,
     ring_overlaps,
 )
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.rows import (
     above_floor,
     floor_of,
     objects_about,
-    read_sweep,
     sweep_labels,
     sweep_rows,
     up_of,

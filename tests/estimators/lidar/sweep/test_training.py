@@ -15,7 +15,7 @@ from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.lidar.direct import LidarDirect, SweepPoses
 from warehouse_sim.estimators.lidar.sweep.estimator import TrainedSweepDetector
 from warehouse_sim.estimators.lidar.sweep.range_image import id_boxes, range_image, ring_overlaps
-from warehouse_sim.estimators.lidar.sweep.rows import read_sweep
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.settings import (
     RangeImageConfig,
     SweepAugmentConfig,

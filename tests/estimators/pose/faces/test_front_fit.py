@@ -9,7 +9,7 @@ from tests.estimators.pose.faces.made_face import CAMERA, MadePallet, seen
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.faces.estimator import front_fit
+from warehouse_sim.estimators.pose.faces.estimator import FaceEstimator
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.geometry.pose import invert, make_transform
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -34,7 +34,7 @@ def errors(face: PalletFace, gt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def test_pockets_of_any_pallet_are_found(name: str, place: tuple[float, float, float], pitch: float) -> None:
     pallet = PALLETS[name]
     image, gt = seen(pallet, place, pitch=pitch)
-    (found,) = front_fit().estimate(image)
+    (found,) = FaceEstimator().estimate(image)
     face = found.face
     assert face is not None
     shift, turn = errors(face, gt)
@@ -49,7 +49,7 @@ def test_pockets_of_any_pallet_are_found(name: str, place: tuple[float, float, f
 
 def test_without_gravity_the_floor_in_sight_levels_the_front() -> None:
     image, gt = seen(PALLETS["feet"], pitch=-0.15)
-    (found,) = front_fit().estimate(replace(image, gravity=None))
+    (found,) = FaceEstimator().estimate(replace(image, gravity=None))
     assert found.face is not None
     shift, turn = errors(found.face, gt)
     assert np.abs(shift).max() < 0.012
@@ -58,7 +58,7 @@ def test_without_gravity_the_floor_in_sight_levels_the_front() -> None:
 
 def test_without_gravity_and_floor_the_uncertainty_grows() -> None:
     image, gt = seen(PALLETS["feet"], floor=False)
-    known, unknown = (front_fit().estimate(replace(image, gravity=down)) for down in (image.gravity, None))
+    known, unknown = (FaceEstimator().estimate(replace(image, gravity=down)) for down in (image.gravity, None))
     (known,), (unknown,) = known, unknown
     assert known.face is not None
     assert unknown.face is not None
@@ -75,7 +75,7 @@ def test_a_load_flush_with_the_front_is_not_taken_for_it(by_box: bool) -> None:
         v, u = np.nonzero(image.detections[0].mask)
         box = float(u.min()), float(v.min()), float(u.max()), float(v.max())
         image = replace(image, detections=(Detection(box_xyxy=box),))
-    (found,) = front_fit().estimate(image)
+    (found,) = FaceEstimator().estimate(image)
     assert found.face is not None
     shift, _ = errors(found.face, gt)
     assert np.abs(shift).max() < 0.015
@@ -89,7 +89,9 @@ def test_what_has_no_pockets_gets_no_answer() -> None:
     wall = (2.0 + rng.normal(0.0, 0.005, shape)).astype(np.float32)
     crate = np.where(mask, wall, 3.0).astype(np.float32)
     for depth in (wall, crate):
-        assert front_fit().estimate(RgbdImage(CAMERA, depth, (Detection(mask),), gravity=np.array([0, 1.0, 0]))) == []
+        assert (
+            FaceEstimator().estimate(RgbdImage(CAMERA, depth, (Detection(mask),), gravity=np.array([0, 1.0, 0]))) == []
+        )
 
 
 def test_stated_errors_are_the_true_ones() -> None:
@@ -102,7 +104,7 @@ def test_stated_errors_are_the_true_ones() -> None:
         )
         place = (rng.uniform(1.4, 2.6), rng.uniform(-0.2, 0.2), rng.uniform(-0.5, 0.5))
         image, gt = seen(pallet, place, noise=0.01, seed=seed)
-        (found,) = front_fit().estimate(image)
+        (found,) = FaceEstimator().estimate(image)
         assert found.face is not None
         shift, turn = errors(found.face, gt)
         delta = np.concatenate([turn[1:], shift])
@@ -130,7 +132,7 @@ def catalog_of(pallet: MadePallet) -> ObjectInfo:
 def test_a_named_model_gives_its_pose_and_helps_where_half_is_hidden() -> None:
     pallet = PALLETS["feet"]
     image, gt = seen(pallet, (1.6, 0.62, 0.1))
-    estimator = front_fit()
+    estimator = FaceEstimator()
     estimator.onboard({4: catalog_of(pallet)})
     (found,) = estimator.estimate(replace(image, detections=(replace(image.detections[0], model="made"),)))
     assert found.obj_id == 4
@@ -140,7 +142,7 @@ def test_a_named_model_gives_its_pose_and_helps_where_half_is_hidden() -> None:
     centre = make_transform(np.eye(3), [pallet.depth / 2, 0.0, pallet.height / 2 - pallet.board - pallet.pocket[1] / 2])
     assert np.linalg.norm((gt @ centre)[:3, 3] - found.T_camera_object[:3, 3]) < 0.02
     with pytest.raises(InputError, match="not shown"):
-        front_fit().estimate(replace(image, detections=(replace(image.detections[0], model="made"),)))
+        FaceEstimator().estimate(replace(image, detections=(replace(image.detections[0], model="made"),)))
 
 
 def test_it_is_registered_and_gives_the_same_answer_again() -> None:

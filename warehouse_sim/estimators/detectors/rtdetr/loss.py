@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from warehouse_sim.estimators.detectors.rtdetr.network import EXTRA, PURPOSE, Found
-from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrLossConfig
 from warehouse_sim.optional import require
 
 _COVERED = 0.5
@@ -21,7 +20,11 @@ canvas."""
 Loss = Callable[[Found, Labels], Float[Tensor, ""]]
 
 
-def make_loss(library_config: Any, weights: RtdetrLossConfig) -> Loss:
+_WEIGHTS = {"loss_vfl": 1.0, "loss_bbox": 5.0, "loss_giou": 2.0}
+"""Of varifocal loss, of differences of centres and sizes, and of 1 - GIoU: the library's own."""
+
+
+def make_loss(library_config: Any) -> Loss:
     """Return what gives the loss of a batch: that of the last layer, of those before it, and of denoised boxes.
 
     Zhao et al., "DETRs beat YOLOs on real-time object detection", CVPR 2024. The library's own function lets the
@@ -31,8 +34,7 @@ def make_loss(library_config: Any, weights: RtdetrLossConfig) -> Loss:
         MissingPackageError: The library is not installed.
     """
     criterion = _criterion(library_config)
-    names = {"loss_vfl": weights.classes, "loss_bbox": weights.box, "loss_giou": weights.overlap}
-    criterion.weight_dict = names
+    criterion.weight_dict = _WEIGHTS
 
     def loss(found: Found, labels: Labels) -> Float[Tensor, ""]:
         parts: dict[str, Tensor] = criterion(_by_layer(found), labels)

@@ -1,25 +1,12 @@
 """Settings of training an RT-DETR, and its names; free of torch, so that a command line can show them at once."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, TrainableOnImages
 from warehouse_sim.ranges import Range, ranged
 
 RtdetrSize = Literal["tiny", "r18", "r34", "r50"]
-
-
-@dataclass(frozen=True)
-@ranged
-class RtdetrLossConfig:
-    """Weights of what is minimised; the defaults are the library's."""
-
-    classes: Annotated[float, Range(0, 1000)] = 1.0
-    """Of varifocal loss, 0-1,000."""
-    box: Annotated[float, Range(0, 1000)] = 5.0
-    """Of differences of centres and sizes, 0-1,000."""
-    overlap: Annotated[float, Range(0, 1000)] = 2.0
-    """Of 1 - GIoU, 0-1,000."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +26,8 @@ class RtdetrConfig(AnyDetectorConfig):
     """Arithmetic of the network; in 16 bits its boxes would be off by pixels."""
     size: RtdetrSize = "r18"
     """Backbone and widths: r18, r34 and r50 are the published ones, tiny is for trials."""
-    loss: RtdetrLossConfig = field(default_factory=RtdetrLossConfig)
-    """What is minimised."""
+    weight_decay: Annotated[float, Range(0, 10)] = 1e-4
+    """Decoupled weight decay of AdamW, 0-10."""
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class RtdetrTask(ImageBoxTask):
         order: GroupedOrder,
     ) -> None:
         super().__init__(network, config, images, class_of, order)
-        self._loss = make_loss(network.model.config, config.loss)
+        self._loss = make_loss(network.model.config)
 
     def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
         """Return the weighted sum over all layers."""

@@ -2,9 +2,8 @@
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated
 
 import torch
@@ -15,7 +14,7 @@ from torch.nn import functional
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig, DetectorSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
-from warehouse_sim.estimators.images.settings import ImageConfig, Reads
+from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.ranges import Range, ranged
 
 WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
@@ -271,12 +270,3 @@ class DetectorRun(BoxRun):
     def make_network(self) -> DetectorNetwork:
         """Return the network with fresh weights."""
         return DetectorNetwork(self.network, self.images)
-
-
-def networks_by_size(reads: Reads, classes: int) -> dict[str, Callable[[], nn.Module]]:
-    """Return what makes the network of each size."""
-    images = ImageConfig(reads)
-    return {
-        size: partial(DetectorNetwork, DetectorNetworkConfig(width, DEPTH, classes), images)
-        for size, width in WIDTHS.items()
-    }

@@ -27,14 +27,6 @@ class DetectorLossConfig:
 class DetectorConfig(AnyDetectorConfig):
     """How a detector of this package is trained."""
 
-    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
-    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
-    """Decoupled weight decay of AdamW, 0-10."""
-    precision: Literal["auto", "32", "bf16"] = "32"
-    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on a CPU."""
     size: DetectorSize = "nano"
     """Widths of the network: nano and small are those of the original, pico is half of nano."""
     loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
@@ -49,13 +41,6 @@ class TrainableDetector(TrainableOnImages):
 
     job: ClassVar[str] = "warehouse_sim.estimators.detectors.yolov5.train:DetectorJob"
     opens: ClassVar[str] = "warehouse_sim.estimators.detectors.estimator:TrainedDetector"
-
-    def parameters(self, classes: int = 1) -> dict[str, int]:
-        """Return the number of weights by size."""
-        from warehouse_sim.estimators.detectors.yolov5.network import networks_by_size
-        from warehouse_sim.learning.compute import count_weights
-
-        return count_weights(networks_by_size(self.reads, classes))
 
 
 DETECTOR_RGB = TrainableDetector("detector-rgb", "finds objects in colour images", "RGB", reads=("rgb",))

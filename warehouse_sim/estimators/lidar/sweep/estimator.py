@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Detector
 from warehouse_sim.estimators.detectors.boxes import suppress
-from warehouse_sim.estimators.detectors.estimator import DetectConfig
+from warehouse_sim.estimators.detectors.estimator import MOST_DETECTIONS, DetectConfig
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import ClusterConfig, chosen_points, cluster
 from warehouse_sim.estimators.lidar.projection import sparse_depth
@@ -19,22 +19,14 @@ from warehouse_sim.estimators.lidar.sweep.network import SweepNetwork, SweepRun
 from warehouse_sim.estimators.lidar.sweep.range_image import Box, SweepGrid, in_box, on_turn, range_image
 from warehouse_sim.estimators.lidar.sweep.rows import Plane, above_floor, floor_in, two_planes, up_of
 from warehouse_sim.estimators.lidar.sweep.view import facing_points
-from warehouse_sim.estimators.segmenters.cluster import BoxClusterConfig
+from warehouse_sim.estimators.segmenters.cluster import FLOOR, FLOOR_FRACTION
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.learning.compute import cpu_threads, place
 
 _LEAST_LIKELY = 8
 """Points of a box that must show an object, that the others are left out."""
-
-
-@dataclass(frozen=True)
-class OwnPointsConfig(BoxClusterConfig):
-    """How an object's points are found in its box."""
-
-    likely_clusters: ClusterConfig = field(
-        default_factory=lambda: ClusterConfig(min_eps=0.2, max_eps=0.4, min_points=5, min_points_few=3)
-    )
-    """What makes a cluster of points that a network names: they are few, and mostly right."""
+_LIKELY = ClusterConfig(min_eps=0.2, max_eps=0.4, min_points=5, min_points_few=3)
+"""What makes a cluster of points that a network names: they are few, and mostly right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +66,6 @@ def own_points(
     T_lidar_view: Transform,
     floor: Plane | None,
     likely: Bool[np.ndarray, " n"] | None = None,
-    config: OwnPointsConfig = OwnPointsConfig(),
 ) -> Bool[np.ndarray, " n"]:
     """Return which points of a sweep are the object's in a box: a dense near cluster of what is likely its own.
 
@@ -88,15 +79,14 @@ def own_points(
         floor: Plane of the floor; None where it is unknown, and all points may be the object's.
         likely: Which points show an object, as far as a detector can tell; where it names next to none in the box,
             nothing is made of it. None if not stated.
-        config: How clusters are found.
     """
     inside = np.flatnonzero(in_box(grid, points, box))
-    clusters = config.clusters
+    clusters = ClusterConfig()
     if likely is not None and likely[inside].sum() >= _LEAST_LIKELY:
         # The network knows the floor better than a height does: lower boards lie on it.
-        inside, clusters = inside[likely[inside]], config.likely_clusters
+        inside, clusters = inside[likely[inside]], _LIKELY
     elif floor is not None:
-        least = config.floor + config.floor_fraction * np.linalg.norm(points[inside], axis=1)
+        least = FLOOR + FLOOR_FRACTION * np.linalg.norm(points[inside], axis=1)
         inside = inside[above_floor(points[inside], floor) > least]
     own = np.zeros(len(points), dtype=bool)
     if len(inside):
@@ -166,7 +156,7 @@ class TrainedSweepDetector(Detector):
         config, columns = self.config, self.grid.config.columns
         kept = suppress(
             boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy(), config.min_score, config.max_overlap,
-            2 * config.max_detections,
+            2 * MOST_DETECTIONS,
         )  # fmt: skip
         by_object, found = self.run_config.train.labels == "object", list[FoundInSweep]()
         for box, score, number in zip(kept.boxes - np.array([MARGIN, 0] * 2), kept.scores, kept.classes, strict=True):
@@ -176,7 +166,7 @@ class TrainedSweepDetector(Detector):
                 name = self.classes[int(number)]
                 class_name, model = ("", name) if by_object else (name, None)
                 found.append(FoundInSweep(on_turn(box, columns), float(score), class_name, model, likely))
-        return found[: config.max_detections]
+        return found[:MOST_DETECTIONS]
 
     def _shown(self, points: Float[np.ndarray, "n 3"], pixels: Bool[np.ndarray, "h w"]) -> Bool[np.ndarray, " n"]:
         """Return which points lie in some pixels."""

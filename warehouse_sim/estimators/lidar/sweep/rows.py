@@ -9,13 +9,14 @@ from jaxtyping import Float, Float32
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
-from warehouse_sim.errors import DatasetError, TrainingError
-from warehouse_sim.estimators.images.rows import MOST_LABELS, read_rows, rows_digest
+from warehouse_sim.estimators.images.rows import MOST_LABELS
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.range_image import RangeImage, SweepGrid, id_boxes, range_image
 from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
-from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import load_rows, reports_reading, split_images
 from warehouse_sim.learning.settings import Progress
-from warehouse_sim.schema import LidarScan, MountedReading
+from warehouse_sim.schema import LidarScan
 
 _TRIED = 3000
 """Points that the search looks at."""
@@ -83,21 +84,6 @@ UNKNOWN_MM = -32_768
 """Height of a pixel where no floor was found."""
 _FORMAT = 1
 """To be raised when the arrays change."""
-
-
-def read_sweep(reader: DatasetReader, image: ImageRecord) -> MountedReading[LidarScan]:
-    """Return the sweep of an image.
-
-    Raises:
-        DatasetError: There is none.
-    """
-    mounted = reader.sweep(image)
-    if mounted is None:
-        raise DatasetError(
-            f"{reader.root}: holds no sweep of image {image.scene_id}/{image.image_id}; generate it with a LiDAR and "
-            "the format kitti"
-        )
-    return mounted
 
 
 def floor_in(points: np.ndarray) -> Plane | None:
@@ -168,24 +154,12 @@ def load_sweeps(
 ) -> Arrays | None:
     """Return the arrays of ``sweep_rows`` for all images of a split; None if it has none.
 
-    Args:
-        reader: The dataset.
-        split: Which split.
-        config: Which directions are seen.
-        workers: Threads that read.
-        cache: Folder to keep the arrays in; None keeps them in memory.
-        progress: Called while sweeps are read; not when they are found.
+    Arguments are those of ``load_rows``; ``config`` says which directions are seen.
 
     Raises:
         TrainingError: No such split, or the cache cannot be written.
         DatasetError: There are no sweeps.
     """
-    if split not in reader.splits:
-        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
-    note = f"reading {split} of {reader.root.name}"
-    report = (lambda fraction: progress(0.0, f"{note} {fraction:.0%}")) if progress else None
-    chunks = read_rows(partial(sweep_rows, reader, config=config), reader.images(split), workers, report)
-    if cache is None:
-        return joined(chunks)
-    digest = rows_digest(reader, split, ["sweep", _FORMAT, split, asdict(config)])
-    return kept_arrays(cache / f"{split}-sweep-{digest}", "sweeps", chunks)
+    settings, report = ["sweep", _FORMAT, split, asdict(config)], reports_reading(progress, split, reader)
+    images, read = split_images(reader, split), partial(sweep_rows, reader, config=config)
+    return load_rows(reader, split, images, read, settings, "sweeps", workers, cache, report, f"{split}-sweep")

@@ -1,7 +1,7 @@
 """Settings of the detector that looks at sweeps, and its name; free of torch, so that a command line is quick."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -79,16 +79,6 @@ class WantedInSweepConfig:
 class SweepDetectorConfig(BoxTrainingConfig):
     """How a detector of objects in sweeps is trained."""
 
-    batch: Annotated[int, Range(1, 65_536)] = 8
-    """Sectors a step, 1-65,536."""
-    learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
-    """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
-    """Decoupled weight decay of AdamW, 0-10."""
-    precision: Literal["auto", "32", "bf16"] = "32"
-    """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on most CPUs."""
     size: DetectorSize = "nano"
     """Widths of the network, those of the detectors of images."""
     loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)

@@ -144,7 +144,7 @@ class Estimator(Pipeline):
         return agreement(proposals.candidates, symmetries, T_camera_object)
 
     def _cut_one(self, image: RgbdImage, position: int, detection: Detection, obj_id: int) -> Crop | None:
-        number = position if detection.number is None else detection.number
+        number = detection.number_at(position)
         rng = np.random.default_rng([self.config.seed, image.scene_id, image.image_id, number])
         label = CropLabel(image.scene_id, image.image_id, position, obj_id, np.eye(4), image.gravity)
         mask = detection.pixels(*image.depth.shape)

@@ -121,7 +121,7 @@ def fit_face(
     prior: FacePrior,
     seen: tuple[Float[np.ndarray, " 2"], Float[np.ndarray, " 2"]],
     rng: np.random.Generator,
-    starts: int = 2,
+    starts: int,
 ) -> FrontFit | None:
     """Return the most likely face, or None where none fits at all.
 

@@ -13,11 +13,10 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Found, Sought
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
-from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.pose.icp.surface import seeded_surface
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement, PoseEstimate
 
-_SURFACE_SAMPLES = 20_000
 _NOBODY_PROPOSES = np.empty((0, 4, 4))
 
 
@@ -48,8 +47,7 @@ class PoseFit(PoseEstimator):
         Raises:
             InputError: A detection is of an object that it was not shown.
         """
-        known = image.gravity if self.config.gravity else None
-        down = np.array([0.0, 1.0, 0.0]) if known is None else known
+        down = np.array([0.0, 1.0, 0.0]) if image.gravity is None else image.gravity
         pairs = [
             (info, Sought.of(self._model(info), view, _NOBODY_PROPOSES, position))
             for position, item in enumerate(image.detections)
@@ -68,7 +66,7 @@ class PoseFit(PoseEstimator):
     def _view(
         self, image: RgbdImage, position: int, detection: Detection, down: Float[np.ndarray, " 3"]
     ) -> DepthView | None:
-        rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, _number(position, detection)])
+        rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, detection.number_at(position)])
         mask = detection.pixels(*image.depth.shape)
         points = masked_points(image, mask, rng)
         return DepthView(image.camera, image.depth, mask, points, down) if len(points) >= LEAST_POINTS else None
@@ -83,14 +81,13 @@ class PoseFit(PoseEstimator):
             found.T_camera_object[0],
             name=info.name,
             class_name=info.class_name,
-            detection=_number(position, detection),
+            detection=detection.number_at(position),
             agreement=_agreement(found, info.symmetry),
         )
 
     def _model(self, info: ObjectInfo) -> FitModel:
         if info.obj_id not in self._models:
-            rng = np.random.default_rng([self._seed, info.obj_id])
-            surface = build_surface(info.mesh(), _SURFACE_SAMPLES, rng)
+            surface = seeded_surface(info.mesh(), info.obj_id, self._seed)
             self._models[info.obj_id] = FitModel(surface, info.symmetry)
         return self._models[info.obj_id]
 
@@ -105,10 +102,6 @@ class PoseFit(PoseEstimator):
         return [self._infos[model] for model in requested]
 
 
-def _number(position: int, detection: Detection) -> int:
-    return position if detection.number is None else detection.number
-
-
 def _agreement(found: Found, symmetry: SymmetryGroup) -> Agreement:
     """Return what the other hypotheses say of the first one."""
     T = found.T_camera_object
@@ -121,8 +114,3 @@ def _agreement(found: Found, symmetry: SymmetryGroup) -> Agreement:
 def rectangle_fit() -> PoseFit:
     """Return the baseline: the rectangle of what is seen, upright, no ICP."""
     return PoseFit(FitConfig(refine=False))
-
-
-def icp_multistart() -> PoseFit:
-    """Return rectangles and swept poses, the best refined by ICP, the best by the depth image."""
-    return PoseFit()

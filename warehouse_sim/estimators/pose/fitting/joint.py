@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS
-from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, search
-from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig
+from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, Found, Sought, search
+from warehouse_sim.estimators.pose.fitting.verification import TOLERANCE_FRACTION, DepthView
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell
 from warehouse_sim.geometry.pose import Transforms, invert, transform_points
 
@@ -59,17 +59,16 @@ def _shared_out(sought: Sequence[Sought], found: Sequence[Found], config: FitCon
     if len(sought) < 2:
         return list(found)
     points = np.concatenate([item.points[:_POINTS] for item in sought])
-    claims = [
-        _claims(item, one.T_camera_object, points, config.verification) for item, one in zip(sought, found, strict=True)
-    ]
-    first = _common([one[0] for one in claims])
+    claims = [_claims(item, one.T_camera_object, points) for item, one in zip(sought, found, strict=True)]
+    first = _common(np.stack([one[0] for one in claims]).astype(float))
+    np.fill_diagonal(first, 0.0)
     contested = np.flatnonzero((first > _CLAIMED).any(axis=1))
     if len(contested) == 0:
         return list(found)
     found, claims = list(found), list(claims)
     for i, more in _among_the_rest(sought, found, contested, first, config).items():
         found[i] = found[i].with_others(more)
-        claims[i] = _claims(sought[i], found[i].T_camera_object, points, config.verification)
+        claims[i] = _claims(sought[i], found[i].T_camera_object, points)
     chosen = _best_set([np.array([item.score for item in one.verification]) for one in found], claims)
     return [one.led_by(number) for one, number in zip(found, chosen, strict=True)]
 
@@ -87,43 +86,38 @@ def _among_the_rest(
         # What a network trusts is of one object; of what the others leave it may have trusted nothing.
         view = sought[i].whole
         for j in map(int, np.flatnonzero(common[i] > _CLAIMED)):
-            view = _without(view, sought[j], found[j].T_camera_object[:1], config.verification)
+            view = _without(view, sought[j], found[j].T_camera_object[:1])
         if len(view.points) >= LEAST_POINTS:
             left[i] = Sought.of(sought[i].model, view, _NOBODY_PROPOSES, i)
     return dict(zip(left, search(list(left.values()), config), strict=True)) if left else {}
 
 
-def _without(view: DepthView, other: Sought, T_camera_object: Transforms, config: VerificationConfig) -> DepthView:
+def _without(view: DepthView, other: Sought, T_camera_object: Transforms) -> DepthView:
     """Return a view whose mask claims nothing that lies on the surface of another object."""
     v, u = np.nonzero(view.mask & (view.depth > 0))
     points = view.camera.rays_at(u, v) * view.depth[v, u][:, None].astype(float)
     near = np.linalg.norm(points - T_camera_object[0, :3, 3], axis=1) <= other.model.extent
     v, u, points = v[near], u[near], points[near]
-    mask, taken = view.mask.copy(), _claims(other, T_camera_object, points, config)[0]
+    mask, taken = view.mask.copy(), _claims(other, T_camera_object, points)[0]
     mask[v[taken], u[taken]] = False
-    free = ~_claims(other, T_camera_object, view.points, config)[0]
+    free = ~_claims(other, T_camera_object, view.points)[0]
     return replace(view, mask=mask, points=view.points[free])
 
 
-def _claims(
-    item: Sought, T_camera_object: Transforms, points: Float[np.ndarray, "p 3"], config: VerificationConfig
-) -> Bool[np.ndarray, "h p"]:
+def _claims(item: Sought, T_camera_object: Transforms, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, "h p"]:
     """Return which points lie on the surface of an object in each of some poses."""
     T_object_camera = invert(T_camera_object)
     seen = NearestByCell([item.model.cells] * len(T_camera_object), T_object_camera[:, :3, 3])
     placed = transform_points(T_object_camera, np.broadcast_to(points, (len(T_camera_object), *points.shape)))
     distance, _ = seen.nearest(placed)
-    on: Bool[np.ndarray, "h p"] = np.abs(distance) <= config.tolerance + config.tolerance_fraction * points[:, 2]
+    on: Bool[np.ndarray, "h p"] = np.abs(distance) <= VERIFICATION.tolerance + TOLERANCE_FRACTION * points[:, 2]
     return on
 
 
-def _common(claims: Sequence[Bool[np.ndarray, " p"]]) -> Float[np.ndarray, "n n"]:
-    """Return which fraction of the claims of the smaller of two poses both have; 0 of a pose with itself."""
-    each = np.stack(claims).astype(float)
-    count = each.sum(axis=1)
-    common: Float[np.ndarray, "n n"] = each @ each.T / np.maximum(np.minimum(count[:, None], count), 1.0)
-    np.fill_diagonal(common, 0.0)
-    return common
+def _common(claims: Float[np.ndarray, "n p"]) -> Float[np.ndarray, "n n"]:
+    """Return which fraction of the claims of the smaller of two poses both have."""
+    count = claims.sum(axis=1)
+    return claims @ claims.T / np.maximum(np.minimum(count[:, None], count), 1.0)
 
 
 def _best_set(scores: Sequence[Float[np.ndarray, " h"]], claims: Sequence[Bool[np.ndarray, "h p"]]) -> list[int]:
@@ -134,11 +128,10 @@ def _best_set(scores: Sequence[Float[np.ndarray, " h"]], claims: Sequence[Bool[n
     """
     owner = np.repeat(np.arange(len(scores)), [len(one) for one in scores])
     each = np.concatenate(claims).astype(float)
-    both, count = each @ each.T, each.sum(axis=1)
-    common = both / np.maximum(np.minimum(count[:, None], count), 1.0)
+    both, common = each @ each.T, _common(each)
     cost = _PRICE * np.maximum(common - _CLAIMED, 0.0) + _EXPLAINED / _POINTS * both
     cost[owner[:, None] == owner] = 0.0
-    value = np.concatenate(scores) + _EXPLAINED / _POINTS * count
+    value = np.concatenate(scores) + _EXPLAINED / _POINTS * each.sum(axis=1)
     rows = [np.flatnonzero(owner == i) for i in range(len(scores))]
     best = _improved([int(row[0]) for row in rows], rows, value, cost)
     for pose in np.flatnonzero((common * (owner[:, None] != owner) > _CLAIMED).any(axis=1)):

@@ -1,68 +1,53 @@
 """How poses are fitted to depth without a network, and how a network's are tried against others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Annotated
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.estimators.pose.fitting.hypotheses import (
-    distinct,
-    hypotheses,
-    look_alike,
-    within_reach,
-)
-from warehouse_sim.estimators.pose.fitting.sweep import Sides, SweepConfig, outer_sides, swept
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypotheses, look_alike, within_reach
+from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.ranges import Range, ranged
 
 
 @dataclass(frozen=True)
-@ranged
 class FitConfig:
     """How poses are fitted without a network."""
 
-    sweep: SweepConfig = field(default_factory=SweepConfig)
-    """Which upright poses are tried beside the rectangle."""
-    kept: Annotated[int, Range(1, 100)] = 3
-    """Hypotheses that are refined to the end, 1-100, a network's own not counted."""
-    close: Annotated[float, Range(0, 2)] = 0.2
-    """A hypothesis whose verification is behind the best one's by more than this is not refined to the end, 0-2."""
-    uncertainty: Annotated[float, Range(0, 1)] = 0.02
-    """By so much the verification for another pose must exceed that for a network's, 0-1."""
-    models_kept: Annotated[int, Range(1, 1000)] = 2
-    """Objects that a detection of an unknown model is taken for to the end, 1-1,000."""
     refine: bool = True
     """Whether ICP follows; without it the rectangle is the estimate."""
-    gravity: bool = True
-    """Whether the image's gravity is believed; without it the camera is taken for level."""
-    coarse: IcpConfig = field(
-        default_factory=lambda: IcpConfig(
-            rounds=2, iterations=5, points=160, max_distance_start=0.3, max_distance_end=0.05, prior_shift=1.0,
-            prior_turn=0.7, max_displacement=0.8, max_turn=0.9,
-        )
+    coarse: IcpConfig = IcpConfig(  # noqa: RUF009  frozen
+        rounds=2, iterations=5, points=160, max_distance_start=0.3, max_distance_end=0.05, prior_shift=1.0,
+        prior_turn=0.7, max_displacement=0.8, max_turn=0.9,
     )  # fmt: skip
     """Settings of the ICP that every hypothesis passes, which looks nearest points up in a table of cells."""
-    fine: IcpConfig = field(default_factory=lambda: IcpConfig(rounds=2, prior_shift=0.3, prior_turn=0.2))
+    fine: IcpConfig = IcpConfig(rounds=2, prior_shift=0.3, prior_turn=0.2)  # noqa: RUF009  frozen
     """Settings of the ICP of those that are kept."""
-    coarse_verification: VerificationConfig = field(
-        default_factory=lambda: VerificationConfig(samples=600, tolerance=0.06)
-    )
-    """How the depth image is weighed where poses are some centimetres off."""
-    verification: VerificationConfig = field(default_factory=lambda: VerificationConfig(samples=3000, through=2.0))
-    """How it is weighed in the end, and where the objects that a detection may be are compared."""
 
     def believing(self, grazing: float) -> "FitConfig":
         """Return the same with another trust in level surfaces, as ``IcpConfig.grazing`` says."""
         return replace(self, coarse=replace(self.coarse, grazing=grazing), fine=replace(self.fine, grazing=grazing))
 
 
+_KEPT = 3
+"""Hypotheses that are refined to the end, a network's own not counted."""
+_CLOSE = 0.2
+"""A hypothesis whose verification is behind the best one's by more than this is not refined to the end."""
+_LEAD = 0.02
+"""By so much the verification for another pose must exceed that for a network's."""
+_MODELS_KEPT = 2
+"""Objects that a detection of an unknown model is taken for to the end."""
+_COARSE_VERIFICATION = VerificationConfig(samples=600, tolerance=0.06)
+"""How the depth image is weighed where poses are some centimetres off."""
+VERIFICATION = VerificationConfig(samples=3000, through=2.0)
+"""How it is weighed in the end, and where the objects that a detection may be are compared."""
 _QUARTERS = np.stack([make_transform(rotation_z(quarter * np.pi / 2.0), np.zeros(3)) for quarter in (1, 2, 3)])
 """Turns of poses that look alike from afar."""
 _SAME_TURN, _SAME_SHIFT = 0.03, 0.02
@@ -86,13 +71,11 @@ class FitModel:
         self.cells = SurfaceCells(surface)
         self.extent = float(np.linalg.norm(surface.size))
         """Diagonal of its box (m)."""
-        self._sides: dict[int, Sides] = {}
 
-    def sides(self, count: int) -> Sides:
-        """Return about ``count`` samples of its outer sides, always the same ones."""
-        if count not in self._sides:
-            self._sides[count] = outer_sides(self.surface, count)
-        return self._sides[count]
+    @cached_property
+    def sides(self) -> Sides:
+        """Samples of its outer sides."""
+        return outer_sides(self.surface)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +111,7 @@ class Sought:
         turned = self.proposed[:1] @ _QUARTERS if len(self.proposed) else self.proposed
         others = np.concatenate([turned, hypotheses(self.points, surface.size, down)])
         if config.refine:
-            sides = self.model.sides(config.sweep.samples)
-            others = swept(self.points, sides, symmetry, self.view, down, config.sweep, others)
+            others = swept(self.points, self.model.sides, symmetry, self.view, down, others)
         return distinct(np.concatenate([self.proposed, others]), symmetry)
 
 
@@ -157,30 +139,22 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     """Return what is found of each object.
 
     Where the image does not decide, a network's own pose is first. Of the objects that one detection may be, only the
-    best ``config.models_kept`` are fitted finely.
+    best ``_MODELS_KEPT`` are fitted finely.
     """
     starts = [item.starts(config) for item in sought]
     if not config.refine:
-        return [
-            ranked(item, poses, config.coarse_verification, 0.0) for item, poses in zip(sought, starts, strict=True)
-        ]
+        return [ranked(item, poses) for item, poses in zip(sought, starts, strict=True)]
     coarse = [
         # A start may be better than what its neighbours' points make of it.
-        ranked(
-            item,
-            distinct(np.concatenate([fitted, begun]), item.model.symmetry, _SAME_TURN, _SAME_SHIFT),
-            config.coarse_verification,
-            0.0,
-        )
+        ranked(item, distinct(np.concatenate([fitted, begun]), item.model.symmetry, _SAME_TURN, _SAME_SHIFT))
         for item, begun, fitted in zip(sought, starts, fit_coarsely(sought, starts, config.coarse), strict=True)
     ]
-    chosen = [i for i in range(len(sought)) if i in _most_likely(sought, coarse, config.models_kept)]
-    tried = [_tried(sought[i], coarse[i], config) for i in chosen]
+    chosen = [i for i in range(len(sought)) if i in _most_likely(sought, coarse)]
+    tried = [_tried(sought[i], coarse[i]) for i in chosen]
     fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
     found = dict(enumerate(coarse))
     for i, fitted, begun in zip(chosen, fine, tried, strict=True):
-        lead = config.uncertainty if len(sought[i].proposed) else 0.0
-        found[i] = _of_fitted(sought[i], fitted, begun, config.verification, lead)
+        found[i] = _of_fitted(sought[i], fitted, begun)
     return list(found.values())
 
 
@@ -188,7 +162,7 @@ def fit_coarsely(sought: Sequence[Sought], starts: Sequence[Transforms], config:
     """Return the poses of each object after steps towards the nearest samples of its surface."""
     rows = [i for i, poses in enumerate(starts) for _ in poses]
     cells = [sought[i].model.cells for i in rows]
-    cloud, up = _clouds(sought, rows, config.points), _up(sought, rows)
+    cloud, up = Cloud.of([sought[i].points for i in rows], config.points), _up(sought, rows)
     T = T_start = np.concatenate(list(starts))
     delta = np.zeros((len(T), 6))
     for number in range(config.rounds):
@@ -206,7 +180,7 @@ def fit_finely(sought: Sequence[Sought], starts: Sequence[Transforms], config: I
     return _split(fit_poses(np.concatenate(list(starts)), clouds, surfaces, config, _up(sought, rows))[0], starts)
 
 
-def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) -> set[int]:
+def _most_likely(sought: Sequence[Sought], found: Sequence[Found]) -> set[int]:
     """Return the positions of those that are among the best of their detection."""
     by_detection: dict[int, list[int]] = {}
     for i, item in enumerate(sought):
@@ -214,43 +188,40 @@ def _most_likely(sought: Sequence[Sought], found: Sequence[Found], models: int) 
     return {
         i
         for rivals in by_detection.values()
-        for i in sorted(rivals, key=lambda i: -found[i].verification[0].score)[:models]
+        for i in sorted(rivals, key=lambda i: -found[i].verification[0].score)[:_MODELS_KEPT]
     }
 
 
-def _tried(item: Sought, coarse: Found, config: FitConfig) -> Transforms:
+def _tried(item: Sought, coarse: Found) -> Transforms:
     """Return the poses to fit finely, a network's own first."""
     scores = np.array([verification.score for verification in coarse.verification])
-    close = coarse.T_camera_object[scores >= scores[0] - config.close]
-    kept, own = distinct(close, item.model.symmetry, _OTHER_TURN, _OTHER_SHIFT)[: config.kept], item.proposed[:1]
+    close = coarse.T_camera_object[scores >= scores[0] - _CLOSE]
+    kept, own = distinct(close, item.model.symmetry, _OTHER_TURN, _OTHER_SHIFT)[:_KEPT], item.proposed[:1]
     if len(own):
         kept = kept[~look_alike(kept, own, item.model.symmetry, _SAME_TURN, _SAME_SHIFT)[:, 0]]
     return np.concatenate([own, kept])
 
 
-def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms, config: VerificationConfig, lead: float) -> Found:
+def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms) -> Found:
     """Return the fitted poses in order, and in place of those that lost the object those that they began with."""
-    verification = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, config)
+    verification = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, VERIFICATION)
     after, before = np.array([one.score for one in verification]).reshape(2, -1)
     held = np.arange(len(fitted)) + np.where(after < before - _LOST, len(fitted), 0)
+    lead = _LEAD if len(item.proposed) else 0.0
     return _in_order(np.concatenate([fitted, begun])[held], [verification[i] for i in held], lead)
 
 
-def ranked(item: Sought, poses: Transforms, config: VerificationConfig, lead: float) -> Found:
-    """Return poses in order of the verification, where the first one leads by some; ties go to the first."""
-    verification = judge_all(poses, item.model.surface, item.view, config)
-    return _in_order(poses, verification, lead)
+def ranked(item: Sought, poses: Transforms) -> Found:
+    """Return poses that may be some centimetres off in order of the verification; ties go to the first."""
+    return _in_order(poses, judge_all(poses, item.model.surface, item.view, _COARSE_VERIFICATION))
 
 
-def _in_order(poses: Transforms, verification: Sequence[Verification], lead: float) -> Found:
+def _in_order(poses: Transforms, verification: Sequence[Verification], lead: float = 0.0) -> Found:
+    """Return poses in order, where the first one leads by some."""
     scores = np.array([one.score for one in verification])
     scores[0] += lead
     order = np.argsort(-scores, kind="stable")
     return Found(poses[order], tuple(verification[i] for i in order))
-
-
-def _clouds(sought: Sequence[Sought], rows: Sequence[int], count: int) -> Cloud:
-    return Cloud.of([sought[i].points for i in rows], count)
 
 
 def _up(sought: Sequence[Sought], rows: Sequence[int]) -> Float[np.ndarray, "b 3"]:

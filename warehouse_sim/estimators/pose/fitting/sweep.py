@@ -7,7 +7,6 @@ sides hide nothing of each other, so that one look at all poses together is enou
 """
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -25,12 +24,12 @@ from warehouse_sim.geometry.pose import (
     rotation_z,
 )
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.ranges import Range, ranged
 
 _GRAZING = 0.1
 """Cosine to the ray below which a sample is not believed to be seen."""
 _OUTER = 0.01
 """Samples within so much (m) of the object's box, and facing out of it, are of its outer sides."""
+_SAMPLES = 200
 _LEAST_SAMPLES = 50
 """With fewer of these on its box an object is no box, and all samples are looked at."""
 _EXPLAINED = 100
@@ -42,27 +41,16 @@ _TURNED_BY = 0.08
 """And turned (rad)."""
 
 
-@dataclass(frozen=True)
-@ranged
-class SweepConfig:
-    """How many poses are looked at, and how."""
-
-    directions: Annotated[int, Range(4, 360)] = 24
-    """Directions within what the object's symmetry lets differ, 4-360."""
-    samples: Annotated[int, Range(20, 10_000)] = 200
-    """Samples of the outer sides, 20-10,000."""
-    quantile: Annotated[float, Range(0, 0.4)] = 0.04
-    """Fraction of the points beyond either end of what is seen, 0-0.4."""
-    tolerance: Annotated[float, Range(0.001, 1, "m")] = 0.06
-    """Within so much (m) of the surface a reading is on it, 0.001-1, plus ``tolerance_fraction`` of the distance."""
-    tolerance_fraction: Annotated[float, Range(0, 1)] = 0.01
-    """What the tolerance grows by with the distance, 0-1."""
-    near: Annotated[int, Range(0, 1000)] = 10
-    """The best so many are tried again at ``moved`` places around, 0-1,000."""
-    moved: Annotated[int, Range(1, 1000)] = 12
-    """How often each of these is moved, 1-1,000."""
-    kept: Annotated[int, Range(1, 100)] = 6
-    """Poses that go on, 1-100."""
+DIRECTIONS = 24
+"""Directions within what the object's symmetry lets differ."""
+_QUANTILE = 0.04
+"""Fraction of the points beyond either end of what is seen."""
+_TOLERANCE, _TOLERANCE_FRACTION = 0.06, 0.01
+"""Within so much (m) of the surface a reading is on it, and what that grows by with the distance."""
+_NEAR, _MOVED = 10, 12
+"""The best so many poses are tried again, each at so many places around."""
+KEPT = 6
+"""Poses that go on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +63,15 @@ class Sides:
     """Edge lengths of its box (m)."""
 
 
-def outer_sides(surface: CadSurface, count: int) -> Sides:
-    """Return about ``count`` samples of the sides of an object's box."""
+def outer_sides(surface: CadSurface) -> Sides:
+    """Return samples of the sides of an object's box, ``_SAMPLES`` at most."""
     points, normals = surface.points, surface.normals[surface.faces]
     low, high = surface.low, surface.high
     at_side = ((points <= low + _OUTER) & (normals < -0.9)) | ((points >= high - _OUTER) & (normals > 0.9))
     outer = np.flatnonzero(at_side.any(axis=1))
     if len(outer) < _LEAST_SAMPLES:
         outer = np.arange(len(points))
-    chosen = outer[np.argsort(surface.rank[outer])[:count]]
+    chosen = outer[np.argsort(surface.rank[outer])[:_SAMPLES]]
     return Sides(points[chosen], normals[chosen], surface.size)
 
 
@@ -93,7 +81,6 @@ def swept(
     symmetry: SymmetryGroup,
     view: DepthView,
     down: Float[np.ndarray, " 3"],
-    config: SweepConfig,
     beside: Transforms | None = None,
 ) -> Transforms:
     """Return the upright poses ``T_camera_object`` that the depth image speaks for most, the best first, (h 4 4).
@@ -104,24 +91,22 @@ def swept(
         symmetry: Turns about z that look alike are tried once.
         view: The image.
         down: Unit vector of gravity (camera frame).
-        config: Settings.
         beside: Poses (g 4 4) that are sifted with the others.
     """
     T_camera_upright = make_transform(upright_frame(down), np.zeros(3))
-    tried = T_camera_upright @ anchored(points @ T_camera_upright[:3, :3], sides.size, _period(symmetry), config)
+    tried = T_camera_upright @ anchored(points @ T_camera_upright[:3, :3], sides.size, _period(symmetry))
     if beside is not None:
         tried = np.concatenate([beside, tried])
-    scores = _scores(tried, sides, view, config)
-    if config.near:
-        best = tried[np.argsort(-scores, kind="stable")[: config.near]]
-        moved = _moved(best, T_camera_upright, config.moved).reshape(-1, 4, 4)
-        tried = np.concatenate([tried, moved])
-        scores = np.concatenate([scores, _scores(moved, sides, view, config)])
-    return _apart(tried[np.argsort(-scores, kind="stable")], symmetry, config.kept)
+    scores = _scores(tried, sides, view)
+    best = tried[np.argsort(-scores, kind="stable")[:_NEAR]]
+    moved = _moved(best, T_camera_upright).reshape(-1, 4, 4)
+    tried = np.concatenate([tried, moved])
+    scores = np.concatenate([scores, _scores(moved, sides, view)])
+    return _apart(tried[np.argsort(-scores, kind="stable")], symmetry)
 
 
 def anchored(
-    upright: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], period: float, config: SweepConfig
+    upright: Float[np.ndarray, "p 3"], size: Float[np.ndarray, " 3"], period: float, quantile: float = _QUANTILE
 ) -> Transforms:
     """Return boxes in all directions that begin or end, along each of their edges, where points do, (h 4 4).
 
@@ -129,14 +114,14 @@ def anchored(
         upright: Points in a frame with z up (m).
         size: Edge lengths of the box (m).
         period: Turn about z (rad) after which it looks the same.
-        config: Settings.
+        quantile: Fraction of the points beyond either end.
     """
-    yaws = np.arange(config.directions) * (period / config.directions)
+    yaws = np.arange(DIRECTIONS) * (period / DIRECTIONS)
     R = np.stack([rotation_z(yaw) for yaw in yaws])
     along = np.swapaxes(R[:, :, :2], 1, 2) @ upright.T
     ends = np.empty((2, len(yaws), 3))
-    ends[..., :2] = quantiles(along, config.quantile)
-    ends[..., 2] = np.array(quantiles(upright[:, 2], config.quantile))[:, None]
+    ends[..., :2] = quantiles(along, quantile)
+    ends[..., 2] = np.array(quantiles(upright[:, 2], quantile))[:, None]
     centres = ends + np.array([0.5, -0.5])[:, None, None] * size
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
     chosen = np.moveaxis(centres[corners, :, np.arange(3)], 2, 0)
@@ -151,7 +136,7 @@ def _period(symmetry: SymmetryGroup) -> float:
     return float(2.0 * np.pi / max(int(about_z.sum()), 1))
 
 
-def _scores(T_camera_object: Transforms, sides: Sides, view: DepthView, config: SweepConfig) -> Float[np.ndarray, " h"]:
+def _scores(T_camera_object: Transforms, sides: Sides, view: DepthView) -> Float[np.ndarray, " h"]:
     """Return gains less prices of each pose, as ``verification.judge`` weighs them, but for what covers itself."""
     pose, points, cosine = _facing(T_camera_object, sides)
     u, v = np.rint(view.camera.project(points)).astype(np.int64).T
@@ -159,12 +144,12 @@ def _scores(T_camera_object: Transforms, sides: Sides, view: DepthView, config: 
     inside = np.flatnonzero((u >= 0) & (u < width) & (v >= 0) & (v < height))
     pose, z, cosine, place = pose[inside], points[inside, 2], cosine[inside], v[inside] * width + u[inside]
     read, claimed = view.depth.ravel()[place], view.mask.ravel()[place]
-    off = (read - z) * np.maximum(cosine, 0.35) / (config.tolerance + config.tolerance_fraction * z)
+    off = (read - z) * np.maximum(cosine, 0.35) / (_TOLERANCE + _TOLERANCE_FRACTION * z)
     near = np.maximum(1.0 - off**2, 0.0) * np.where(claimed, 1.0, -0.5)
     gain = np.where(read > 0, near - ((off > 1.0) | ((off < -1.0) & claimed)), 0.0)
     weight, count = cosine / z**2, len(T_camera_object)
     whole = np.maximum(np.bincount(pose, weight, count), 1e-12)
-    explained = _explained(T_camera_object, sides.size, view, config)
+    explained = _explained(T_camera_object, sides.size, view)
     return np.bincount(pose, weight * gain, count) / whole - 0.5 * (1.0 - explained)
 
 
@@ -182,13 +167,11 @@ def _facing(
     return seen // height.shape[1], placed, height.ravel()[seen] / distance.ravel()[seen]
 
 
-def _explained(
-    T_camera_object: Transforms, size: Float[np.ndarray, " 3"], view: DepthView, config: SweepConfig
-) -> Float[np.ndarray, " h"]:
+def _explained(T_camera_object: Transforms, size: Float[np.ndarray, " 3"], view: DepthView) -> Float[np.ndarray, " h"]:
     """Return the fraction of the mask's points that each pose's box holds, widened by the tolerance."""
     points = view.points[:_EXPLAINED]
     T_object_camera = invert(T_camera_object)
-    tolerance = config.tolerance + config.tolerance_fraction * points[:, 2]
+    tolerance = _TOLERANCE + _TOLERANCE_FRACTION * points[:, 2]
     inside = np.ones((len(T_camera_object), len(points)), dtype=bool)
     for axis in range(3):
         along = T_object_camera[:, axis, :3] @ points.T + T_object_camera[:, axis, 3:]
@@ -196,9 +179,9 @@ def _explained(
     return np.asarray(inside.mean(axis=1))
 
 
-def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4"], count: int) -> Transforms:
-    """Return poses moved and turned about gravity, ``count`` each, always by the same amounts, (h count 4 4)."""
-    sampled = np.random.default_rng(0).standard_normal((count, 4))
+def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4"]) -> Transforms:
+    """Return poses moved and turned about gravity, ``_MOVED`` each, always by the same amounts, (h m 4 4)."""
+    sampled = np.random.default_rng(0).standard_normal((_MOVED, 4))
     shift = sampled[:, :3] * [_MOVED_BY, _MOVED_BY, _MOVED_BY / 3.0]
     turned = np.stack([make_transform(rotation_z(angle), np.zeros(3)) for angle in _TURNED_BY * sampled[:, 3]])
     T = T_camera_object[:, None] @ turned
@@ -206,25 +189,19 @@ def _moved(T_camera_object: Transforms, T_camera_upright: Float[np.ndarray, "4 4
     return T
 
 
-def _apart(T_camera_object: Transforms, symmetry: SymmetryGroup, count: int) -> Transforms:
-    """Return the first ``count`` poses that do not look like an earlier one, within 7 cm and 0.15 rad."""
+def _apart(T_camera_object: Transforms, symmetry: SymmetryGroup) -> Transforms:
+    """Return the first ``KEPT`` poses that do not look like an earlier one, within 7 cm and 0.15 rad."""
     left, kept = np.ones(len(T_camera_object), dtype=bool), list[Transform]()
-    while left.any() and len(kept) < count:
+    while left.any() and len(kept) < KEPT:
         first = T_camera_object[np.argmax(left)]
         kept.append(first)
         left &= ~_alike(T_camera_object, first @ symmetry.transforms, left)
     return np.stack(kept)
 
 
-def _alike(
-    T_camera_object: Transforms,
-    looks: Transforms,
-    requested: Bool[np.ndarray, " h"],
-    turn: float = 0.15,
-    shift: float = 0.07,
-) -> Bool[np.ndarray, " h"]:
+def _alike(T_camera_object: Transforms, looks: Transforms, requested: Bool[np.ndarray, " h"]) -> Bool[np.ndarray, " h"]:
     found = ~requested
     for look in looks:
         away = np.linalg.norm(T_camera_object[:, :3, 3] - look[:3, 3], axis=1)
-        found |= (away <= shift) & (rotation_angle(T_camera_object[:, :3, :3], look[None, :3, :3]) <= turn)
+        found |= (away <= 0.07) & (rotation_angle(T_camera_object[:, :3, :3], look[None, :3, :3]) <= 0.15)
     return found

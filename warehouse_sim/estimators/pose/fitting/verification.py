@@ -8,7 +8,7 @@ that no sample explains count against the pose, too.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
@@ -16,7 +16,6 @@ from jaxtyping import Bool, Float, Float32, Int
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, Transforms, invert, transform_points
-from warehouse_sim.ranges import Range, ranged
 
 _GRAZING = 0.1
 """Cosine to the ray below which a sample is not believed to be seen."""
@@ -24,25 +23,25 @@ _POINTS = 400
 """Points of the mask that are requested an explanation, the first ones."""
 
 
-@dataclass(frozen=True)
-@ranged
-class VerificationConfig:
-    """How readings are weighed."""
+TOLERANCE_FRACTION = 0.004
+"""What the tolerance of readings grows by with the distance."""
+_BEFORE = 1.0
+"""Price of a sample in the mask with something before it."""
+_BESIDE = 0.5
+"""Price of a sample that is there, but that the mask does not claim: a neighbour's surface as a rule."""
+_UNEXPLAINED = 0.5
+"""Price of a fraction of the mask that nothing explains."""
 
-    samples: Annotated[int, Range(50, 100_000)] = 1500
-    """Samples of the whole surface, 50-100,000."""
-    tolerance: Annotated[float, Range(0.0001, 1, "m")] = 0.02
-    """Within so much (m) of the surface a reading is on it, 0.0001-1, plus ``tolerance_fraction`` of the distance."""
-    tolerance_fraction: Annotated[float, Range(0, 1)] = 0.004
-    """What the tolerance grows by with the distance, 0-1."""
-    through: Annotated[float, Range(0, 100)] = 1.0
-    """Price of a sample that the camera looks through, against the gain of one that is there, 0-100."""
-    before: Annotated[float, Range(0, 100)] = 1.0
-    """Price of a sample in the mask with something before it, 0-100."""
-    beside: Annotated[float, Range(0, 100)] = 0.5
-    """Price of a sample that is there, but that the mask does not claim: a neighbour's surface as a rule, 0-100."""
-    unexplained: Annotated[float, Range(0, 100)] = 0.5
-    """Price of a fraction of the mask that nothing explains, 0-100."""
+
+class VerificationConfig(NamedTuple):
+    """How finely a pose is looked at, and how readings are weighed."""
+
+    samples: int
+    """Samples of the whole surface."""
+    tolerance: float = 0.02
+    """Within so much (m) of the surface a reading is on it, plus ``TOLERANCE_FRACTION`` of the distance."""
+    through: float = 1.0
+    """Price of a sample that the camera looks through, against the gain of one that is there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +106,7 @@ def judge_all(
     pose, z, cosine = seen.pose[inside], seen.z[inside], seen.cosine[inside]
     place = seen.v[inside] * width + seen.u[inside]
     read, claimed = view.depth.ravel()[place].astype(float), view.mask.ravel()[place]
-    tolerance = (config.tolerance + config.tolerance_fraction * z) / np.maximum(cosine, 0.35)
+    tolerance = (config.tolerance + TOLERANCE_FRACTION * z) / np.maximum(cosine, 0.35)
     off = read - z
     has = read > 0
     near = np.clip(1.0 - (off / tolerance) ** 2, 0.0, 1.0) * has
@@ -135,13 +134,12 @@ _UNSEEN = Verification(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, -1.0)
 def _weighed(fractions: Sequence[float], beyond: float, explained: float, config: VerificationConfig) -> Verification:
     """Return the verification with its score; shares are in the order of its fields."""
     supported, beside, through, before, covered, unknown = fractions
-    price = config.through * through + config.before * before + config.beside * beside
-    price += config.unexplained * (1.0 - explained)
+    price = config.through * through + _BEFORE * before + _BESIDE * beside
+    price += _UNEXPLAINED * (1.0 - explained)
     return Verification(supported, beside, through, before, covered, unknown, beyond, explained, supported - price)
 
 
-@dataclass(frozen=True, eq=False)
-class _InSight:
+class _InSight(NamedTuple):
     """Samples of several poses that face the camera and that no nearer sample of the pose covers."""
 
     pose: Int[np.ndarray, " n"]
@@ -171,8 +169,7 @@ def _samples_in_sight(
     if len(pose) == 0:
         return found
     open_ = _uncovered(found)
-    fields = (found.pose, found.z, found.cosine, found.weight, found.u, found.v)
-    return _InSight(*(values[open_] for values in fields))
+    return _InSight(*(values[open_] for values in found))
 
 
 def _uncovered(seen: _InSight) -> Bool[np.ndarray, " n"]:
@@ -205,5 +202,5 @@ def _explained(
         return np.zeros(len(T_camera_object))
     seen = view.points[:_POINTS]
     points = transform_points(invert(T_camera_object), np.broadcast_to(seen, (len(T_camera_object), *seen.shape)))
-    tolerance = config.tolerance + config.tolerance_fraction * seen[:, 2:]
+    tolerance = config.tolerance + TOLERANCE_FRACTION * seen[:, 2:]
     return ((points >= surface.low - tolerance) & (points <= surface.high + tolerance)).all(axis=2).mean(axis=1)

@@ -8,14 +8,13 @@ from jaxtyping import Float
 from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, own_of
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Sought
+from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, FitModel, Sought
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, judge
-from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.pose.icp.surface import seeded_surface
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
-_SURFACE_SAMPLES = 20_000
 _PROPOSALS = 4
 """Proposals of the network that are tried beside the chosen pose, the most confident ones that differ."""
 
@@ -67,7 +66,7 @@ class VerificationRefiner:
         worth: Float[np.ndarray, " b"] = proposals.candidates.confidence.max(axis=1)
         for i, view in _views(seen).items():
             surface = self._model(seen[i].obj_id).surface
-            worth[i] = judge(T_camera_object[i], surface, view, self._config.verification).score
+            worth[i] = judge(T_camera_object[i], surface, view, VERIFICATION).score
         return worth
 
     def _proposed(self, T_network: Transform, item: ObjectPoints, proposals: Proposals, row: int) -> Transforms:
@@ -81,8 +80,7 @@ class VerificationRefiner:
 
     def _model(self, obj_id: int) -> FitModel:
         if obj_id not in self._models:
-            rng = np.random.default_rng([self._seed, obj_id])
-            surface = build_surface(self._meshes[obj_id], _SURFACE_SAMPLES, rng)
+            surface = seeded_surface(self._meshes[obj_id], obj_id, self._seed)
             self._models[obj_id] = FitModel(surface, self._symmetries[obj_id])
         return self._models[obj_id]
 

@@ -25,6 +25,18 @@ _MAD_TO_SIGMA = 1.4826
 _COARSE = 1.0 / 3.0
 """Fraction of points and surface samples that all rounds but the last use."""
 _LEAST_POINTS = 6
+_CAUCHY = 0.015
+"""Where a point loses half its weight (scaled m); the noise of the points where that is more."""
+_LATERAL_NOISE = 0.004
+"""Error of points across the viewing direction (m); about half a pixel."""
+_ANISOTROPY_START, _ANISOTROPY_MIN = 0.5, 0.1
+"""Assumed ratio of the errors across and along the viewing direction in the first round, and the smallest that is
+believed when it is measured."""
+_UPRIGHT, _LEANING = 0.007, 0.1
+"""Standard deviation of the object's own up against gravity (rad) where that is given, and the lean from which on
+objects are hardly held upright (rad)."""
+_STEP_TOLERANCE = 1e-4
+"""An object that turns and moves by less than this (rad, m) has converged until the next round."""
 _TRIMMED = 0.7
 """Fraction of the points, the nearest ones, that must fit no worse than before."""
 
@@ -44,14 +56,6 @@ class IcpConfig:
     """Points farther from the surface are ignored in the first step (scaled m), 0.000001-10."""
     max_distance_end: Annotated[float, Range(0.000001, 10)] = 0.03
     """The same in the last step (scaled m), 0.000001-10; three times the noise of the points where that is more."""
-    cauchy: Annotated[float, Range(0.000001, 10)] = 0.015
-    """Where a point loses half its weight (scaled m), 0.000001-10; the noise of the points where that is more."""
-    lateral_noise: Annotated[float, Range(0.000001, 10, "m")] = 0.004
-    """Error of points across the viewing direction (m), 0.000001-10; about half a pixel."""
-    anisotropy_start: Annotated[float, Range(0.001, 1)] = 0.5
-    """Assumed ratio of the errors across and along the viewing direction in the first round, 0.001-1."""
-    anisotropy_min: Annotated[float, Range(0.001, 1)] = 0.1
-    """Smallest ratio that is believed when it is measured, 0.001-1."""
     prior_shift: Annotated[float, Range(0.000001, 10, "m")] = 0.05
     """Standard deviation of the network's position (m), 0.000001-10."""
     prior_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.05
@@ -60,16 +64,10 @@ class IcpConfig:
     """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
     max_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
     """A result turned farther than this (rad) is rejected, 0.000001-10."""
-    upright: Annotated[float, Range(0.00001, 10, "rad")] = 0.007
-    """Standard deviation of the object's own up against gravity (rad), 0.00001-10; where gravity is given."""
-    leaning: Annotated[float, Range(0.001, 100, "rad")] = 0.1
-    """Objects that lean farther than this (rad) are hardly held upright, 0.001-100."""
     grazing: Annotated[float, Range(0, 100)] = 0.0
     """Power of the cosine of incidence that weighs readings of level surfaces, 0-100; where gravity is given. Time of
     flight reads them centimetres too far where it looks along them, as if the object leant: 2 trusts gravity instead,
     and objects that truly lean by less than some 5 degrees are taken for upright. 0 believes all readings alike."""
-    step_tolerance: Annotated[float, Range(0, 1)] = 1e-4
-    """An object that turns and moves by less than this (rad, m) has converged until the next round, 0-1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,14 +170,14 @@ def fit_poses(
     whole = Cloud.of(clouds, config.points)
     coarse = whole.first(max(int(config.points * _COARSE), _LEAST_POINTS))
     T, delta = T_camera_object, np.zeros((len(clouds), 6))
-    anisotropy = np.full(len(clouds), config.anisotropy_start)
+    anisotropy = np.full(len(clouds), _ANISOTROPY_START)
     alike = np.ones(len(clouds))
     seen: VisibleSurfaces | None = None
     for round_index in range(config.rounds):
         last = round_index == config.rounds - 1
         cloud = whole if last else coarse
         if seen is not None:
-            anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy, config)
+            anisotropy = _measure_anisotropy(cloud, T, seen, anisotropy)
         seen = VisibleSurfaces(surfaces, invert(T)[:, :3, 3], anisotropy, 1.0 if last else _COARSE)
         if last and round_index and up is not None:
             alike = _readings_alike(cloud, T, seen, config)
@@ -217,7 +215,7 @@ def fit_to_surfaces(
         delta = delta + change
         # The step moves the points in the object frame; the object moves the other way.
         T = T @ invert(make_transform(Rotation.from_rotvec(change[:, :3]).as_matrix(), change[:, 3:]))
-        moving &= np.abs(change).max(axis=1, keepdims=True) >= config.step_tolerance
+        moving &= np.abs(change).max(axis=1, keepdims=True) >= _STEP_TOLERANCE
         if not moving.any():
             break
     return T, delta
@@ -253,12 +251,11 @@ def _measure_anisotropy(
     T_camera_object: Transforms,
     seen: VisibleSurfaces,
     anisotropy: Float[np.ndarray, " b"],
-    config: IcpConfig,
 ) -> Float[np.ndarray, " b"]:
     distance, _ = seen.nearest(cloud.in_object_frame(T_camera_object))
     # Most of the surface is seen frontally, where a scaled distance is one along the ray times the anisotropy.
     along_ray = _MAD_TO_SIGMA * cloud.median(np.abs(distance)) / anisotropy
-    return np.clip(config.lateral_noise / np.maximum(along_ray, 1e-6), config.anisotropy_min, 1.0)
+    return np.clip(_LATERAL_NOISE / np.maximum(along_ray, 1e-6), _ANISOTROPY_MIN, 1.0)
 
 
 def _gate(config: IcpConfig, step: int) -> float:
@@ -289,7 +286,7 @@ def _gauss_newton(
         alike: How many readings of each object count as one against gravity.
     """
     distance, jacobian, near, noise = _residuals(cloud, T_camera_object, seen, gate)
-    weight = near / (1.0 + (distance / np.maximum(config.cauchy, noise)) ** 2)
+    weight = near / (1.0 + (distance / np.maximum(_CAUCHY, noise)) ** 2)
     if up is not None and config.grazing:
         trust = _level_trust(cloud, T_camera_object, jacobian, config)
         weight = np.where(np.isfinite(up[..., :1]), trust, 1.0) * weight
@@ -301,10 +298,10 @@ def _gauss_newton(
         # How far the object's z axis is from up, along its own x and y.
         lean = np.einsum("bi,bij->bj", np.broadcast_to(up, (len(delta), 3)), T_camera_object[:, :3, :2])
         known = np.isfinite(lean[:, 0])
-        lean, weight_of_up = np.where(known[:, None], lean, 0.0), known * (noise[:, 0] / config.upright) ** 2
+        lean, weight_of_up = np.where(known[:, None], lean, 0.0), known * (noise[:, 0] / _UPRIGHT) ** 2
         # Gravity weighs as much against all readings as against so many as have errors of their own, and little
         # where an object leans beyond uncertainty (Geman and McClure, 1987).
-        weight_of_up *= alike / (1.0 + (lean**2).sum(axis=1) / config.leaning**2) ** 2
+        weight_of_up *= alike / (1.0 + (lean**2).sum(axis=1) / _LEANING**2) ** 2
         matrix[:, 0, 0] += weight_of_up
         matrix[:, 1, 1] += weight_of_up
         # The points turn by (a, b, .): up in the object frame, (lean, 1), moves by (b, -a, 0), and shall be (0, 0, 1).

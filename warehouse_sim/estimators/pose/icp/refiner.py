@@ -8,11 +8,9 @@ from jaxtyping import Float
 from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transforms
-
-_SURFACE_SAMPLES = 20_000
 
 
 class IcpRefiner:
@@ -38,8 +36,7 @@ class IcpRefiner:
 
     def _surface(self, obj_id: int) -> CadSurface:
         if obj_id not in self._surfaces:
-            rng = np.random.default_rng([self._seed, obj_id])
-            self._surfaces[obj_id] = build_surface(self._meshes[obj_id], _SURFACE_SAMPLES, rng)
+            self._surfaces[obj_id] = seeded_surface(self._meshes[obj_id], obj_id, self._seed)
         return self._surfaces[obj_id]
 
 

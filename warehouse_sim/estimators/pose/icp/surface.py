@@ -154,6 +154,11 @@ class CadSurface:
         return {}
 
 
+def seeded_surface(mesh: TriangleMesh, obj_id: int, seed: int, count: int = 20_000) -> CadSurface:
+    """Return the surface of an object, the same for each number and seed; ``count`` as ``build_surface``."""
+    return build_surface(mesh, count, np.random.default_rng([seed, obj_id]))
+
+
 def build_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> CadSurface:
     """Sample ``count`` points of ``mesh`` by area and drop those covered by another part of it.
 

@@ -81,7 +81,7 @@ class KeypointEstimator(PoseEstimator):
             seconds,
             name=known.name,
             class_name=known.class_name,
-            detection=position if item.number is None else item.number,
+            detection=item.number_at(position),
         )
 
     def _may_be(self, item: Detection) -> Sequence[KnownFaces]:

@@ -8,8 +8,9 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import PoseEstimator, WrappedEstimator
-from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface
+from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.matching import observed
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
 from warehouse_sim.estimators.pose.uncertainty.blocked import look_into
 from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile
 from warehouse_sim.estimators.pose.uncertainty.features import Look, look
@@ -53,21 +54,17 @@ class Watcher:
     def _surface(self, obj_id: int) -> CadSurface | None:
         if obj_id not in self._surfaces:
             mesh = self._mesh_of(obj_id)
-            rng = np.random.default_rng([self._seed, obj_id])
-            self._surfaces[obj_id] = None if mesh is None else build_surface(mesh, _SURFACE_SAMPLES, rng)
+            found = None if mesh is None else seeded_surface(mesh, obj_id, self._seed, _SURFACE_SAMPLES)
+            self._surfaces[obj_id] = found
         return self._surfaces[obj_id]
 
 
 def _mask_of(image: RgbdImage, number: int) -> Bool[np.ndarray, "h w"] | None:
     """Return the pixels of the detection that estimates call ``number``; None where there is none."""
     for position, item in enumerate(image.detections):
-        if (position if item.number is None else item.number) == number:
-            return _pixels(item, image)
+        if item.number_at(position) == number:
+            return item.pixels(*image.depth.shape)
     return None
-
-
-def _pixels(detection: Detection, image: RgbdImage) -> Bool[np.ndarray, "h w"]:
-    return detection.pixels(*image.depth.shape)
 
 
 NINE_OF_TEN = 1.2815515655446004
@@ -110,44 +107,40 @@ class WithUncertainty(WrappedEstimator):
 
     def estimate(self, image: RgbdImage | Observation) -> list[PoseEstimate]:
         """Return the poses in one image."""
-        return self.estimate_all([self._taken(image) if isinstance(image, Observation) else image])
+        return self.estimate_all([observed(self, image)])
 
     def estimate_all(self, images: Sequence[RgbdImage]) -> list[PoseEstimate]:
         """Return the poses in several images, rejected ones among them, with a score of 0."""
         found = self.inner.estimate_all(images)
         looks = self._watcher(images, found)
         trust = {
-            (image.scene_id, image.image_id, i if item.number is None else item.number): item.score
+            (image.scene_id, image.image_id, item.number_at(i)): item.score
             for image in images
             for i, item in enumerate(image.detections)
         }
+        by_place = {(image.scene_id, image.image_id): image for image in images}
         return [
-            self._judged(item, seen, trust.get((item.scene_id, item.image_id, item.detection), 1.0))
-            for item, seen in zip(self._rejecting_blocked(images, found), looks, strict=True)
+            self._judged(
+                replace(item, rejected=item.rejected or self._is_blocked(item, by_place[item.scene_id, item.image_id])),
+                seen,
+                trust.get((item.scene_id, item.image_id, item.detection), 1.0),
+            )
+            for item, seen in zip(found, looks, strict=True)
         ]
 
-    def _rejecting_blocked(self, images: Sequence[RgbdImage], found: Sequence[PoseEstimate]) -> list[PoseEstimate]:
-        """Return the estimates, rejected where something stands in an opening of the object."""
-        if not self._reject_blocked:
-            return list(found)
-        by_place = {(image.scene_id, image.image_id): image for image in images}
-        return [self._checked_openings(item, by_place[item.scene_id, item.image_id]) for item in found]
-
-    def _checked_openings(self, estimate: PoseEstimate, image: RgbdImage) -> PoseEstimate:
+    def _is_blocked(self, estimate: PoseEstimate, image: RgbdImage) -> bool:
+        """Return whether something stands in an opening of the object, where that is asked."""
         mesh, T = self._mesh(estimate.obj_id), estimate.T_camera_object
+        if not self._reject_blocked or mesh is None or T[2, 3] <= 0.0:
+            return False
         rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, max(estimate.detection, 0)])
-        if mesh is None or T[2, 3] <= 0.0 or not look_into(T, mesh, image, rng).blocked:
-            return estimate
-        return replace(estimate, rejected=True)
+        return look_into(T, mesh, image, rng).blocked
 
     def _judged(self, estimate: PoseEstimate, seen: Look | None, detection_score: float) -> PoseEstimate:
         if seen is None:
             # Nothing speaks for it: who rejects risks rejects it.
-            return (
-                estimate
-                if self._reject is None and not estimate.rejected
-                else replace(estimate, score=0.0, rejected=True)
-            )
+            kept = self._reject is None and not estimate.rejected
+            return estimate if kept else replace(estimate, score=0.0, rejected=True)
         right = self._model.probability(seen.features)
         factor = self._model.bound_factor(seen.features)
         of_readings = rms_quantile(seen.covariance, seen.metric, NINE_OF_TEN)
@@ -166,10 +159,3 @@ class WithUncertainty(WrappedEstimator):
             info = self._infos[obj_id]
             return info.mesh() if info.has_cad else None
         return self._meshes.get(obj_id)
-
-    def _taken(self, observation: Observation) -> RgbdImage:
-        image = RgbdImage.from_observation(observation)
-        if self.objects is None:
-            return image
-        known = {shape.obj_id for shape in self.objects}
-        return replace(image, detections=tuple(item for item in image.detections if item.model in known))

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
 import torch
@@ -18,26 +17,12 @@ from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.learning.compute import cpu_threads, place
-from warehouse_sim.ranges import Fraction, Range, ranged
 
 _BOXES_AT_ONCE = 64
-
-
-@dataclass(frozen=True)
-@ranged
-class SegmentConfig:
-    """What counts as part of an object."""
-
-    min_probability: Fraction = 0.5
-    """Of the pixels of a mask, 0-1."""
-    exclusive: bool = True
-    """Whether a pixel belongs to the likeliest object alone."""
-    min_pixels: Annotated[int, Range(1, 1_000_000)] = 8
-    """Masks of fewer pixels are left out, 1-1,000,000."""
-    device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Where the network runs; auto takes a GPU if there is one."""
-    threads: Annotated[int, Range(1, 1024)] | None = None
-    """Processor threads of the network, 1-1,024; by default torch's own number, one for the smallest."""
+_LEAST_PROBABILITY = 0.5
+"""Of the pixels of a mask."""
+_LEAST_PIXELS = 8
+"""Masks of fewer pixels are left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +46,6 @@ class TrainedSegmenter(Segmenter):
 
     Args:
         run: Run folder, or folder of a bundled model.
-        config: What counts as part of an object.
 
     Raises:
         TrainingError: The folder holds no complete run of a segmenter.
@@ -70,10 +54,10 @@ class TrainedSegmenter(Segmenter):
     needs_detections = True
     """It segments the objects in boxes and needs a detector."""
 
-    def __init__(self, run: Path, config: SegmentConfig = SegmentConfig()) -> None:
-        self.run_config, self.config = SegmenterRun.read(run), config
+    def __init__(self, run: Path) -> None:
+        self.run_config = SegmenterRun.read(run)
         self._network = self.run_config.load_network(run)
-        self._device, self._threads = place(self._network, config.device, config.threads)
+        self._device, self._threads = place(self._network, "auto", None)
 
     @property
     def reads_rgb(self) -> bool:
@@ -92,11 +76,14 @@ class TrainedSegmenter(Segmenter):
         seen = self.look(image, [detection_edges(item) for item in found])
         size_wh = image.camera.width, image.camera.height
         maps = [window.pasted(chance, size_wh) for window, chance in zip(seen.windows, seen.probability, strict=True)]
-        masks = self._masks(np.stack(maps))
+        chances = np.stack(maps)
+        # A pixel is the likeliest object's alone; where two are certain, the first's, which the detector trusts more.
+        likeliest = chances.argmax(axis=0) == np.arange(len(chances))[:, None, None]
+        masks = (chances >= _LEAST_PROBABILITY) & likeliest
         return [
             replace(item, mask=mask, mask_probability=chance, score=item.score * float(chance[mask].mean()))
             for item, mask, chance in zip(found, masks, maps, strict=True)
-            if mask.sum() >= self.config.min_pixels
+            if mask.sum() >= _LEAST_PIXELS
         ]
 
     @torch.inference_mode()
@@ -130,13 +117,6 @@ class TrainedSegmenter(Segmenter):
             depth = torch.from_numpy(np.stack([window.picked(image.depth) for window in windows])).to(self._device)
         width = [(window.edges[2] - window.edges[0]) / image.camera.fx for window in windows]
         return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
-
-    def _masks(self, chances: Float32[np.ndarray, "n h w"]) -> np.ndarray:
-        masks = chances >= max(self.config.min_probability, 1e-6)
-        if self.config.exclusive:
-            # Where two are certain, the first, which the detector trusts more.
-            masks &= chances.argmax(axis=0) == np.arange(len(chances))[:, None, None]
-        return masks
 
 
 def detection_edges(item: Detection) -> Edges:

@@ -1,10 +1,8 @@
 """Turn dataset folders into what training of a segmenter runs on: crops about boxes, masks, key points."""
 
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +17,8 @@ from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, S
 from warehouse_sim.estimators.segmenters.segnet.task import BoxRows
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import load_rows, reports_reading, split_images
 from warehouse_sim.learning.settings import Progress
 
 LEAST_PIXELS = 24
@@ -105,8 +104,7 @@ def prepare(
     for split in ("train", "val"):
         parts, chosen = list[Arrays](), list[np.ndarray]()
         for reader in readers:
-            note = f"{split} of {reader.root.name}"
-            arrays = load_boxes(reader, split, crop, config.workers, cache, _reading(progress, note))
+            arrays = load_boxes(reader, split, crop, config.workers, cache, reports_reading(progress, split, reader))
             if arrays is not None:
                 parts.append(arrays)
                 chosen.append(_wanted(arrays["facts"], reader, config))
@@ -131,33 +129,14 @@ def load_boxes(
     cache: Path | None,
     progress: Callable[[float], None] | None = None,
 ) -> Arrays | None:
-    """Return the arrays of ``target_rows`` for all targets of a split, from the cache if they are there.
+    """Return the arrays of ``target_rows`` for all targets of a split; arguments are those of ``load_rows``.
 
     Raises:
         TrainingError: No such split, or the cache cannot be written.
     """
-    if split not in reader.splits:
-        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
-    chunks = _read(reader, split, crop, workers, progress)
-    if cache is None:
-        return joined(chunks)
-    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, split, asdict(crop)]).encode())
-    for path in reader.files(split):
-        labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
-        digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)
-    return kept_arrays(cache / f"boxes-{split}-{digest.hexdigest()[:24]}", "boxes", chunks)
-
-
-def _read(
-    reader: DatasetReader, split: str, crop: BoxCropConfig, workers: int, progress: Callable[[float], None] | None
-) -> Iterator[Arrays]:
-    images = reader.images(split)
-    with ThreadPoolExecutor(workers) as pool:
-        for done, rows in enumerate(pool.map(lambda image: target_rows(reader, image, crop), images), start=1):
-            if rows is not None:
-                yield rows
-            if progress:
-                progress(done / len(images))
+    settings, images = [_FORMAT, split, asdict(crop)], split_images(reader, split)
+    read = partial(target_rows, reader, config=crop)
+    return load_rows(reader, split, images, read, settings, "boxes", workers, cache, progress, f"boxes-{split}")
 
 
 def _wanted(facts: np.ndarray, reader: DatasetReader, config: SegmenterConfig) -> np.ndarray:
@@ -178,7 +157,3 @@ def _faces(info: ObjectInfo) -> KnownFaces:
         tuple(tuple(float(value) for value in points.ravel()) for points, _ in sides),
         tuple(tuple(bool(value) for value in known) for _, known in sides),
     )
-
-
-def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None

@@ -96,15 +96,6 @@ class TrainableSegmenter(TrainableNetwork):
     job: ClassVar[str] = "warehouse_sim.estimators.segmenters.segnet.train:SegmenterJob"
     opens: ClassVar[str] = "warehouse_sim.estimators.segmenters.segnet.estimator:TrainedSegmenter"
 
-    def parameters(self, classes: int = 1) -> dict[str, int]:
-        """Return the number of weights at the width that is the default."""
-        from warehouse_sim.estimators.segmenters.segnet.keypoints import POINTS
-        from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork, SegmenterNetworkConfig
-        from warehouse_sim.learning.compute import count_weights
-
-        config = SegmenterNetworkConfig(self.reads, self.settings.width, POINTS if self.keypoints else 0)
-        return count_weights({"nano": lambda: SegmenterNetwork(config)})
-
 
 _MASKS, _FACES = "segments the object in a box, in", "segments pallets and finds the corners and pockets of their faces"
 SEGMENTER_RGB = TrainableSegmenter("segmenter-rgb", f"{_MASKS} colour", "RGB", reads=("rgb",))

@@ -1,53 +1,15 @@
 """All targets of a split as crops, read once and kept on disk."""
 
-import hashlib
-import json
-import logging
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_arrays
-from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, image_crops
-from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
-
-log = logging.getLogger(__name__)
-
-
-def read_crops(
-    reader: DatasetReader,
-    split: str,
-    config: CropConfig,
-    seed: int,
-    workers: int,
-    progress: Callable[[float], None] | None = None,
-) -> Iterator[list[Crop]]:
-    """Yield the crops of each image of a split that has any, in their order, decoding in ``workers`` threads.
-
-    Raises:
-        TrainingError: The dataset has no such split.
-    """
-    if split not in reader.splits:
-        raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
-    images = reader.images(split)
-
-    def cut(image: ImageRecord) -> list[Crop]:
-        return list(image_crops(reader, image, config, seed))
-
-    count = 0
-    with ThreadPoolExecutor(workers) as pool:
-        for done, found in enumerate(pool.map(cut, images), start=1):
-            count += len(found)
-            if found:
-                yield found
-            if progress:
-                progress(done / len(images))
-    log.info("%d crops from %d images of %s", count, len(images), split)
-
+from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import load_rows, split_digest, split_images
 
 _FORMAT = 2
 """To be raised when the arrays change."""
@@ -63,45 +25,31 @@ def load_crops(
     cache: Path | None,
     progress: Callable[[float], None] | None = None,
 ) -> Arrays | None:
-    """Return the arrays of ``stack_arrays`` for all wanted targets of a split, from the cache if they are there.
+    """Return the arrays of ``stack_arrays`` for all wanted targets of a split, or None when it has no usable one.
 
-    Networks with and without colour or depth share one entry of the cache: each takes the columns it reads.
-
-    Args:
-        reader: The dataset.
-        split: Which split.
-        config: How to cut.
-        workers: Threads that decode images.
-        cache: Folder to keep crops in; None keeps them in memory.
-        progress: Called with the fraction of the images that is read; not called when the crops are found.
-
-    Returns:
-        The arrays, or None when the split has no usable target.
+    Networks with and without colour or depth share one entry of the cache: each takes the columns it reads. Arguments
+    and errors are those of ``load_rows``; ``config`` says how to cut.
 
     Raises:
         TrainingError: No such split, or the cache cannot be written.
     """
-    if cache is None:
-        return joined(
-            stack_arrays(crops, config) for crops in read_crops(reader, split, config, CUT_SEED, workers, progress)
-        )
-    whole = replace(config, rgb=True, depth=True) if config.side_px else config
-    entry = cache / f"{split}-{crops_digest(reader, split, whole)}"
-    chunks = read_crops(reader, split, whole, CUT_SEED, workers, progress)
-    arrays = kept_arrays(entry, "crops", (stack_arrays(crops, whole) for crops in chunks))
+    whole = replace(config, rgb=True, depth=True) if config.side_px and cache else config
+
+    def cut(image: ImageRecord) -> Arrays | None:
+        crops = list(image_crops(reader, image, whole, CUT_SEED))
+        return stack_arrays(crops, whole) if crops else None
+
+    settings = _settings(split, whole)
+    arrays = load_rows(reader, split, split_images(reader, split), cut, settings, "crops", workers, cache, progress)
     unwanted = set() if config.reads_rgb else {"rgb"}
     unwanted |= set() if config.reads_depth else {"depth", "depth_base", "ray_map"}
     return None if arrays is None else {name: array for name, array in arrays.items() if name not in unwanted}
 
 
 def crops_digest(reader: DatasetReader, split: str, config: CropConfig) -> str:
-    """Return a text that changes with anything the crops depend on.
+    """Return a text that changes with anything the crops depend on."""
+    return split_digest(reader, split, _settings(split, config))
 
-    That is the manifest, the way of cutting, the labels, and names and sizes of the images: a dataset that other code
-    regenerated may have the same manifest, but not images of the same sizes.
-    """
-    digest = hashlib.sha256(json.dumps([reader.digest, _FORMAT, CUT_SEED, split, asdict(config)]).encode())
-    for path in reader.files(split):
-        labels = path.read_bytes() if path.suffix in (".json", ".txt") else b""
-        digest.update(json.dumps([str(path.relative_to(reader.root)), path.stat().st_size]).encode() + labels)
-    return digest.hexdigest()[:24]
+
+def _settings(split: str, config: CropConfig) -> list[object]:
+    return [_FORMAT, CUT_SEED, split, asdict(config)]

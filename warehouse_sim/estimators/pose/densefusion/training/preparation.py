@@ -1,6 +1,6 @@
 """Turn dataset folders into what training runs on: crops of both splits and the run's configuration."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -23,6 +23,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.learning.run_folder import dataset_sources, package_version
 from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.split import reports_reading
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.learning.trainable import OpenStream
 
@@ -87,7 +88,7 @@ def prepare(
     found: dict[str, list[Arrays]] = {}
     for split in ("val",) if streams else ("train", "val"):
         reads = [
-            load_crops(reader, split, crop, config.workers, cache, _reading(progress, f"{split} of {reader.root.name}"))
+            load_crops(reader, split, crop, config.workers, cache, reports_reading(progress, split, reader))
             for reader in readers
         ]
         found[split] = [arrays for arrays in reads if arrays is not None]
@@ -207,7 +208,3 @@ def _crop_set(parts: Sequence[Arrays], shapes: Sequence[ObjectShape]) -> CropSet
     tables = [table_of(arrays, shapes) for arrays in parts]
     classes = torch.cat([table.class_index for table in tables])
     return CropSet(tables, None if (classes >= 0).all() else (classes >= 0).nonzero()[:, 0])
-
-
-def _reading(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return (lambda fraction: progress(0.0, f"reading {what} {fraction:.0%}")) if progress else None
