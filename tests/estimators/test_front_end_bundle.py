@@ -36,7 +36,7 @@ def test_half_precision_finds_the_same_and_the_card_says_what_it_is(
     monkeypatch.setattr(bundling, "data_folder", lambda name: tmp_path / name)
     model = bundling.bundle(run, "detector-depth")
     image = RgbdImage.from_dataset(*(lambda reader: (reader, reader.images("train")[0]))(DatasetReader(toy_root)), ())
-    config = DetectConfig(min_score=0.0, max_detections=20)
+    config = DetectConfig(min_score=0.0)
     whole, half = (TrainedDetector(folder, config).detect(image) for folder in (run, model))
     assert np.allclose([item.score for item in whole], [item.score for item in half], atol=1e-3)
     text = card.write(model, [ROW, ROW | {"stages": ["detector-rgb"], "name": "another"}]).read_text()

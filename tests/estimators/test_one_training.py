@@ -62,20 +62,6 @@ def test_a_second_training_is_rejected_and_the_first_ends_as_if_alone(toy_root: 
     assert lines[0] == lines[1]
 
 
-def test_of_two_that_begin_at_once_one_trains_and_one_is_rejected(toy_root: Path, tmp_path: Path) -> None:
-    run = tmp_path / "run"
-    both = [start(NAME, toy_root, run, *SHORT, "--resume") for _ in range(2)]
-    said = [process.communicate(timeout=600)[1] for process in both]
-    codes = [process.returncode for process in both]
-    assert sorted(codes) == [0, 2], said
-    # Where the first had ended before the second asked, that one found a complete run.
-    late = said[codes.index(2)]
-    assert "is writing there" in late or "is complete, there is nothing to resume" in late
-    assert "Traceback" not in late
-    log = (run / "train.log").read_text(encoding="utf-8")
-    assert (log.count(f"train {NAME}"), log.count("done:")) == (1, 1)
-
-
 @pytest.mark.parametrize(("name", "settings"), SETTINGS.items())
 def test_whatever_trains_keeps_out_of_a_folder_that_is_written(
     name: str, settings: LoopConfig, toy_root: Path, tmp_path: Path

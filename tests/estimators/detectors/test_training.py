@@ -40,25 +40,6 @@ def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return train("detector-rgbd", toy_root, tmp_path_factory.mktemp("detector") / "run", CONFIG)
 
 
-def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Path) -> None:
-    config = replace(CONFIG, max_steps=8, validations=2, precision="32")
-    whole = train("detector-depth", toy_root, tmp_path / "whole", config)
-    part = tmp_path / "part"
-
-    def stop(fraction: float, note: str) -> None:
-        if note.startswith("step 6"):
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train("detector-depth", toy_root, part, config, progress=stop)
-    with pytest.raises(TrainingError, match="no weights"):
-        TrainedDetector(part)
-    train("detector-depth", toy_root, part, config, resume=True)
-    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (whole, part))
-    for name, value in a.items():
-        np.testing.assert_array_equal(value, b[name], err_msg=name)
-
-
 def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
     # The last of six steps has no mosaics, which the one before cannot know.
     config = replace(CONFIG, max_steps=6, validations=1, precision="32")

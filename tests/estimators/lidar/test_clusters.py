@@ -12,7 +12,6 @@ from warehouse_sim.estimators.lidar.clusters import (
     Clusters,
     chosen_points,
     cluster,
-    dbscan,
     eps_at,
     in_reaches,
 )
@@ -59,19 +58,6 @@ def test_it_is_dbscan(library: str) -> None:
         assert (found.label[one] in set(found.label[near])) if near.any() else found.label[one] == -1
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_clusters_are_those_of_scikit_learn(seed: int) -> None:
-    """Cores and clusters are; a point between two clusters may go to either, as DBSCAN leaves open."""
-    rng = np.random.default_rng(seed)
-    points = np.concatenate([rng.normal(rng.uniform(-4, 4, 3), rng.uniform(0.2, 1.0), (80, 3)) for _ in range(5)])
-    weight = rng.integers(1, 4, len(points))
-    for least in (1, 6, 15, 1000):
-        ours, theirs = dbscan(points, weight, least), module._sklearn_dbscan(points, weight, least)
-        np.testing.assert_array_equal(ours.is_core, theirs.is_core)
-        np.testing.assert_array_equal(ours.label[ours.is_core], theirs.label[ours.is_core])
-        np.testing.assert_array_equal(ours.label < 0, theirs.label < 0)
-
-
 def test_the_reach_is_one_everywhere() -> None:
     """Small distances in the new coordinates are metric ones over eps, before, between and behind the limits."""
     rng, config = np.random.default_rng(0), ClusterConfig()
@@ -83,15 +69,6 @@ def test_the_reach_is_one_everywhere() -> None:
         expected = np.linalg.norm(step, axis=1) / eps_at(z, spacing, config)
         # Off the axis the coordinates are turned a little against each other.
         np.testing.assert_allclose(moved, expected, rtol=0.06)
-
-
-def test_far_things_with_wide_gaps_hold_together_and_near_ones_with_the_same_gaps_come_apart() -> None:
-    def rows(z: float, gap: float) -> np.ndarray:
-        x, y = np.meshgrid(np.linspace(-0.4, 0.4, 160), [0.0, gap])
-        return np.stack([x.ravel(), y.ravel(), np.full(x.size, z)], axis=1)
-
-    assert cluster(rows(20.0, 0.15), SPACING).count == 1
-    assert cluster(rows(3.0, 0.15), SPACING).count == 2
 
 
 def test_points_taken_together_give_the_same_clusters() -> None:

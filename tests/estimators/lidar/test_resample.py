@@ -61,14 +61,3 @@ def test_each_is_farthest_from_those_before() -> None:
     for step in range(1, 60):
         nearest = np.linalg.norm(points[:, None] - points[taken[:step]][None], axis=2).min(axis=1)
         assert nearest[taken[step]] > nearest.max() - 1e-5
-
-
-def test_farthest_points_leave_smaller_holes_than_random_ones() -> None:
-    points = cloud(4000)
-    holes = {
-        method: np.linalg.norm(
-            points[:, None] - resample(points, 128, method, np.random.default_rng(0))[None], axis=2
-        ).min(axis=1).max()
-        for method in ("farthest", "kmeans", "random")
-    }  # fmt: skip
-    assert holes["farthest"] < holes["kmeans"] < holes["random"]

@@ -137,8 +137,7 @@ def test_it_opens_with_bundled_weights_and_settings(monkeypatch: pytest.MonkeyPa
     assert isinstance(found, LidarChain)
     assert (found.depth_source, found.reads_rgb) == ("lidar", False)
     assert "epal1" in {item.name for item in found.objects}
-    assert isinstance(LidarMethod("densefusion-pointcloud", "farthest")(), LidarChain)
     with pytest.raises(InputError, match="no uncertainty was fitted"):
         load_estimator("detect-pointcloud", PredictConfig(reject=0.5))
     with pytest.raises(InputError, match="densefusion reads an image"):
-        LidarMethod("densefusion")()
+        LidarMethod("detector-lidar", "densefusion")()

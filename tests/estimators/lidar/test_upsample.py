@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.lidar.upsample import UpsampleConfig, upsample
+from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.geometry.camera import PinholeCamera
 
 CAMERA = PinholeCamera(160, 96, 721.5, 721.5, 79.5, 47.5)
@@ -93,12 +92,6 @@ def test_few_readings_give_no_depth_and_none_gives_none() -> None:
     assert not upsample(sparse).any()
     sparse[22, 21] = 3.0
     assert upsample(sparse).any()
-    assert upsample(sparse, UpsampleConfig(min_readings=4)).any() == np.False_
-
-
-def test_the_window_has_a_middle() -> None:
-    with pytest.raises(ConfigError, match="odd sides, found 8 x 13"):
-        UpsampleConfig(width_px=8, height_px=13)
 
 
 @pytest.mark.real

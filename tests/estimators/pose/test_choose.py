@@ -38,14 +38,6 @@ def test_without_any_confidence_all_count_the_same(method: Selection) -> None:
     assert np.allclose(chosen[:3, 3], [0.005, 0.0, 4.0])
 
 
-@pytest.mark.parametrize("method", ["argmax", *AVERAGES])
-@pytest.mark.parametrize("angle", [0.0, 0.7, 3.0, np.pi])
-def test_equal_poses_average_to_themselves(method: Selection, angle: float) -> None:
-    rotation = rotation_x(0.4) @ rotation_z(angle)
-    T = select([rotation] * 7, np.linspace(0.1, 0.9, 7), method)
-    np.testing.assert_allclose(T, make_transform(rotation, np.array([0.5, -0.2, 4.0])), atol=1e-12)
-
-
 @pytest.mark.parametrize("method", AVERAGES)
 def test_symmetric_equivalents_are_one_pose(method: Selection) -> None:
     rotation = rotation_x(0.3)
@@ -90,11 +82,6 @@ def test_the_eigenvector_is_that_of_the_largest_eigenvalue_not_the_last_column()
     T = select(rotations, np.full(6, 0.5), "weighted")
     assert rotation_angle(T[:3, :3], matrix_from_quat_wxyz(last)) > 1.0
     assert max(rotation_angle(T[:3, :3], rotation) for rotation in rotations) < 0.5
-
-
-def test_average_of_opposite_turns_is_between_them_by_weight() -> None:
-    T = select([rotation_z(0.2), rotation_z(-0.2)], np.array([0.6, 0.6]), "weighted", ALONE)
-    np.testing.assert_allclose(quat_wxyz_from_matrix(T[:3, :3]), [1, 0, 0, 0], atol=1e-12)
 
 
 def test_outliers_are_left_out_by_the_robust_methods() -> None:

@@ -81,8 +81,8 @@ def test_the_floor_is_no_object_where_the_camera_stands_somewhere() -> None:
     image = RgbdImage(CAMERA, depth, (Detection(box_xyxy=(0, 0, 199, 119)),), T_world_camera=T)
     points = detection_points(image, image.detections[0]).points
     assert len(points) > 5000
-    assert not above_floor(image, points, 0.02, 0.002).any()
-    assert above_floor(RgbdImage(CAMERA, depth, ()), points, 0.02, 0.002).all()
+    assert not above_floor(image, points).any()
+    assert above_floor(RgbdImage(CAMERA, depth, ()), points).all()
     assert list(BoxClusters().segment(image)) == []
 
 

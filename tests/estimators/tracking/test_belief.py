@@ -44,19 +44,6 @@ def test_a_constant_pose_is_the_information_weighted_mean() -> None:
     np.testing.assert_allclose(again.T_world_object, belief.T_world_object, atol=1e-12)
 
 
-def test_it_is_the_kalman_filter() -> None:
-    """The textbook's gain in covariance form, step by step."""
-    measured = shifts(np.random.default_rng(1), 5)
-    belief, P, x = Belief.of(measured[0]), measured[0].own[:3, :3], measured[0].T_world_object[:3, 3]
-    for item in measured[1:]:
-        R, z = item.own[:3, :3], item.T_world_object[:3, 3]
-        gain = P @ np.linalg.inv(P + R)
-        x, P = x + gain @ (z - x), (np.eye(3) - gain) @ P
-        belief = belief.updated(item)
-        np.testing.assert_allclose(belief.T_world_object[:3, 3], x, atol=1e-12)
-        np.testing.assert_allclose(belief.covariance[:3, :3], P, atol=1e-12)
-
-
 @pytest.mark.parametrize("count", [1, 2, 10, 1000])
 def test_a_common_error_is_not_averaged_away(count: int) -> None:
     """n estimates with own variance s^2 and one bias b have the variance s^2 / n + b^2."""
@@ -68,26 +55,6 @@ def test_a_common_error_is_not_averaged_away(count: int) -> None:
     expected = np.eye(6) * 0.01**2 / count
     expected[0, 0] += 0.004**2
     np.testing.assert_allclose(belief.covariance, expected, atol=1e-14)
-
-
-def test_the_stated_covariance_is_that_of_many_drives() -> None:
-    """Drawn errors, own and common, through the filter: their spread is what it says, where turns are small."""
-    rng, drives = np.random.default_rng(2), 4000
-    own = [spd(rng) for _ in range(4)]
-    common = [rng.standard_normal((6, 2)) * 0.01 for _ in range(4)]
-    ends = []
-    for _ in range(drives):
-        shared, belief = rng.standard_normal(2), None
-        for alone, together in zip(own, common, strict=True):
-            error = (rng.multivariate_normal(np.zeros(6), alone) + together @ shared) * 0.05
-            measured = Measurement(moved(np.eye(4), error), alone * 0.05**2, together * 0.05)
-            belief = Belief.of(measured) if belief is None else belief.updated(measured)
-        ends.append(difference(belief.T_world_object, np.eye(4)))
-    spread = np.cov(np.array(ends).T)
-    # In the coordinates in which it should be one in every direction.
-    whitened = np.linalg.solve(np.linalg.cholesky(belief.covariance), np.array(ends).T)
-    np.testing.assert_allclose(np.cov(whitened), np.eye(6), atol=0.12)
-    assert np.linalg.slogdet(spread)[0] > 0
 
 
 def test_what_both_share_does_not_set_them_apart() -> None:

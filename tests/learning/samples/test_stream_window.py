@@ -57,16 +57,6 @@ def test_items_are_made_evenly_though_the_window_strides() -> None:
     assert again == list(range(30, 115))
 
 
-def test_each_item_is_made_once_and_only_when_it_is_requested_for() -> None:
-    opened: list[int] = []
-    made: list[int] = []
-    moving = window(0.5, opened, made)
-    for step in range(9):
-        moving.at(step)
-        assert made == list(range(4 + step // 2))
-    assert opened == [0]
-
-
 def test_a_resumed_window_makes_what_it_holds_and_no_more() -> None:
     opened: list[int] = []
     made: list[int] = []

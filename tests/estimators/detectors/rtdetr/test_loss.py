@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from tests.estimators.detectors.rtdetr.conftest import IMAGES, SMALLEST
+from warehouse_sim.estimators.detectors.rtdetr import loss as module
 from warehouse_sim.estimators.detectors.rtdetr.loss import covered, make_loss
 from warehouse_sim.estimators.detectors.rtdetr.network import Found, RtdetrNetwork
-from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrLossConfig
 from warehouse_sim.estimators.detectors.rtdetr.train import as_labels
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 
@@ -65,10 +65,11 @@ def test_without_denoising_it_is_the_librarys_own(library) -> None:
     found, wanted = random_output(), labels(2, 3)
     logits, boxes = (torch.stack(part, dim=1) for part in zip(*found.layers, strict=True))
     theirs, _, _ = theirs_of(logits[:, -1], wanted, logits.device, boxes[:, -1], config, logits, boxes, *found.first)
-    torch.testing.assert_close(make_loss(config, RtdetrLossConfig())(found, wanted), theirs)
+    torch.testing.assert_close(make_loss(config)(found, wanted), theirs)
 
 
-def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library) -> None:
+def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_WEIGHTS", {"loss_vfl": 0.0, "loss_bbox": 1.0, "loss_giou": 0.0})
     config = RtdetrNetwork(SMALLEST, IMAGES).model.config
     wanted = labels(1, 1)
     found = random_output(denoised=2)
@@ -77,7 +78,7 @@ def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library) -> None
         for _, boxes in found.layers:
             boxes[image, 0] = gt["boxes"][0]
     meta = {"dn_positive_idx": (torch.tensor([0]), torch.tensor([0])), "dn_num_group": 1, "dn_num_split": [2, 6]}
-    loss = make_loss(config, RtdetrLossConfig(classes=0, box=1, overlap=0))
+    loss = make_loss(config)
     with_them = loss(replace(found, denoising=meta), wanted)
     without = loss(replace(found, layers=tuple((a[:, 2:], b[:, 2:]) for a, b in found.layers)), wanted)
     torch.testing.assert_close(with_them, without)
@@ -87,7 +88,7 @@ def test_boxes_to_be_denoised_take_no_targets_of_the_last_layer(library) -> None
 def test_nothing_is_learnt_of_boxes_that_nobody_asks_for(library, ignored: int) -> None:
     config = RtdetrNetwork(SMALLEST, IMAGES).model.config
     found = random_output()
-    make_loss(config, RtdetrLossConfig())(found, labels(1, 0, ignored=ignored)).backward()
+    make_loss(config)(found, labels(1, 0, ignored=ignored)).backward()
     logits = found.layers[-1][0].grad
     assert logits is not None
     learning = (logits.abs().amax(dim=2) > 1e-9).sum(dim=1).tolist()
@@ -98,7 +99,7 @@ def test_nothing_is_learnt_of_boxes_that_nobody_asks_for(library, ignored: int) 
 def test_a_batch_without_any_target_teaches_that_there_is_nothing(library) -> None:
     config = RtdetrNetwork(SMALLEST, IMAGES).model.config
     found = random_output()
-    loss = make_loss(config, RtdetrLossConfig())(found, labels(0, 0))
+    loss = make_loss(config)(found, labels(0, 0))
     loss.backward()
     assert torch.isfinite(loss)
     assert all(bool((logits.grad > 0).all()) for logits, _ in (*found.layers, found.first))

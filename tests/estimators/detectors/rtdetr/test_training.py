@@ -3,9 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-import safetensors.numpy
 import torch
 
 from tests.estimators.detectors.rtdetr.conftest import CONFIG
@@ -36,20 +34,6 @@ def test_a_run_folder_detects_and_another_training_begins_with_it(run: Path, toy
     log = (other / "train.log").read_text()
     assert f"tensors from {run / 'weights.safetensors'}; fresh: model.backbone.model.embedder" in log
     assert "started_from" in (other / "config.yaml").read_text()
-
-
-def test_a_resumed_run_ends_as_an_uninterrupted_one(run: Path, toy_root: Path, tmp_path: Path) -> None:
-    def stop(fraction: float, note: str) -> None:
-        if note.startswith("step 3"):
-            raise KeyboardInterrupt
-
-    part = tmp_path / "part"
-    with pytest.raises(KeyboardInterrupt):
-        train("rtdetr-rgbd", toy_root, part, CONFIG, progress=stop, cache=MEMORY)
-    train("rtdetr-rgbd", toy_root, part, CONFIG, resume=True, cache=MEMORY)
-    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (run, part))
-    for name, value in a.items():
-        np.testing.assert_array_equal(value, b[name], err_msg=name)
 
 
 def test_a_pallet_behind_another_is_not_suppressed(run: Path, toy_root: Path) -> None:

@@ -10,11 +10,6 @@ from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfi
 from warehouse_sim.estimators.images.settings import ImageConfig
 
 
-def test_equal_boxes_agree_completely() -> None:
-    box = torch.tensor([[3.0, 4.0, 50.0, 12.0]])
-    assert complete_iou(box, box).item() == pytest.approx(1.0, abs=1e-5)
-
-
 def test_a_shifted_box_in_closed_form() -> None:
     """Shapes are equal, so that only overlap and distance count: 1/3 - (w/2)^2 / ((1.5 w)^2 + h^2)."""
     a, b = torch.tensor([[0.0, 0.0, 60.0, 12.0]]), torch.tensor([[30.0, 0.0, 90.0, 12.0]])
@@ -26,14 +21,6 @@ def test_another_shape_about_the_same_centre_in_closed_form() -> None:
     iou = 144 / (2 * 720 - 144)
     v = (2 / math.pi * (math.atan(5) - math.atan(0.2))) ** 2
     assert complete_iou(a, b).item() == pytest.approx(iou - v * v / (1 - iou + v), abs=1e-5)
-
-
-def test_boxes_far_apart_still_pull() -> None:
-    a = torch.tensor([[0.0, 0.0, 10.0, 10.0]], requires_grad=True)
-    complete_iou(a, torch.tensor([[50.0, 0.0, 60.0, 10.0]])).sum().backward()
-    assert a.grad is not None
-    # Moved to the right as it is, it agrees better.
-    assert a.grad[0, 0] + a.grad[0, 2] > 0
 
 
 @pytest.mark.parametrize("classes", [1, 3])

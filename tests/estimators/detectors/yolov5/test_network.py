@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -11,14 +13,11 @@ from warehouse_sim.estimators.registries import DETECTORS
 @pytest.mark.parametrize(("size", "published"), [("nano", 1_872_157), ("small", 7_235_389)])
 def test_parameters_are_the_published_ones(size: str, published: int) -> None:
     """YOLOv5n and s of release 6 for the 80 classes of COCO, published as 1.9 and 7.2 million."""
-    assert DETECTORS.get("detector-rgb").parameters(classes=80)[size] == published
-
-
-def test_the_first_layer_alone_depends_on_what_is_read() -> None:
-    rgb, depth, both = (DETECTORS.get(f"detector-{name}").parameters()["nano"] for name in ("rgb", "depth", "rgbd"))
-    # A kernel of 6 x 6 and 16 filters for each channel: 3 of colour, 4 of depth.
-    assert depth - rgb == 36 * 16
-    assert both - rgb == 4 * 36 * 16
+    config = DETECTORS.get("detector-rgb").network(size)
+    assert (
+        sum(item.numel() for item in DetectorNetwork(replace(config, classes=80), ImageConfig()).parameters())
+        == published
+    )
 
 
 def test_boxes_of_zero_logits_are_the_anchors_about_the_cells() -> None:

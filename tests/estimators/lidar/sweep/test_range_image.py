@@ -7,15 +7,13 @@ import pytest
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.range_image import (
     SweepGrid,
     id_boxes,
-    in_box,
-    on_turn,
     range_image,
     ring_overlaps,
 )
-from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.rows import (
     above_floor,
     floor_of,
@@ -58,15 +56,6 @@ def test_pixels_lead_to_directions_and_back() -> None:
 )
 def test_known_directions_are_at_known_pixels(point: tuple[float, float, float], u: float, v: float) -> None:
     np.testing.assert_allclose(GRID.places(np.array([point]))[0], [u, v], atol=1e-6)
-
-
-def test_what_lies_just_beside_the_seam_is_in_the_outer_columns() -> None:
-    azimuth = np.array([np.pi, -np.pi, np.pi - 0.01, -np.pi + 0.01])
-    pixels = GRID.pixels(directions(np.zeros(4), azimuth))
-    assert pixels[:, 0].tolist() == [0, 0, 0, 255]
-    np.testing.assert_allclose(GRID.apart(np.array([1.0, 255.0, 3.0]), np.array([255.0, 1.0, 1.0])), [2.0, -2.0, 2.0])
-    outside = GRID.pixels(directions(np.deg2rad([8.0, -26.0]), np.zeros(2)))
-    assert outside[:, 1].tolist() == [-1, -1]
 
 
 def slow(points: np.ndarray) -> np.ndarray:
@@ -114,33 +103,6 @@ def test_each_pixel_shows_what_a_slow_loop_finds(seed: int) -> None:
     assert 0.5 < has.mean() < 1.0
 
 
-def test_a_sphere_has_one_range_and_a_floor_that_of_its_formula() -> None:
-    elevation, azimuth = np.meshgrid(np.deg2rad(np.linspace(6.5, -24.5, 64)), np.linspace(-np.pi, np.pi, 700))
-    rays = directions(elevation, azimuth)
-    sphere = range_image(4.0 * rays, GRID)
-    inside = sphere.shown >= 0
-    assert inside[3:-3].all()
-    np.testing.assert_allclose(sphere.range[inside], 4.0, rtol=1e-6)
-    down = rays[rays[:, 2] < -0.05]
-    floor = range_image(down * (1.5 / -down[:, 2])[:, None], GRID)
-    v, u = np.nonzero(floor.shown >= 0)
-    centre = -GRID.directions(np.stack([u + 0.5, v + 0.5], axis=1))[:, 2]
-    # Within the row's height and what it is filled from: 1.5 rows of 1/3 degree.
-    low, high = 1.5 / np.sin(np.arcsin(centre) + np.deg2rad(0.5)), 1.5 / np.sin(np.arcsin(centre) - np.deg2rad(0.5))
-    assert ((floor.range[v, u] > low) & (floor.range[v, u] < high)).all()
-    assert (floor.range[:20] == 0.0).all(), "above the horizon there is no floor"
-
-
-def test_a_turn_of_whole_columns_turns_the_image() -> None:
-    rng = np.random.default_rng(3)
-    points = directions(rng.uniform(-0.4, 0.1, 5000), rng.uniform(-np.pi, np.pi, 5000)) * rng.uniform(2, 9, (5000, 1))
-    yaw = -40 * 2 * np.pi / 256
-    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
-    before, after = range_image(points, GRID).shown, range_image(points @ turn.T, GRID).shown
-    # Rounding may move what lies on a border of columns.
-    assert (np.roll(before, 40, axis=1) == after).mean() > 0.999
-
-
 def test_an_empty_sweep_is_an_empty_image() -> None:
     seen = range_image(np.zeros((0, 3)), GRID)
     assert (seen.shown == -1).all()
@@ -186,20 +148,6 @@ def test_boxes_of_ids_are_those_of_a_search_over_all_stretches(seed: int) -> Non
         assert box[2] - box[0] == widths[int(box[0])]
     assert np.isnan(found[3]).all()
     assert found[1][0] < 256 < found[1][2], "the first blob lies across the seam"
-
-
-def test_points_are_in_their_own_box_wherever_it_is() -> None:
-    points, ids = blobs(np.random.default_rng(9), 5)
-    boxes = id_boxes(range_image(points, GRID), ids, np.unique(ids))
-    for number, box in zip(np.unique(ids), boxes, strict=True):
-        u, v = GRID.places(points).T
-        brute = np.zeros(len(points), dtype=bool)
-        for turn in (-256, 0, 256):
-            brute |= (u + turn >= box[0]) & (u + turn <= box[2]) & (v >= box[1]) & (v <= box[3])
-        np.testing.assert_array_equal(in_box(GRID, points, box), brute)
-        assert in_box(GRID, points, box)[ids == number].mean() > 0.9
-        np.testing.assert_array_equal(in_box(GRID, points, box + np.array([512, 0, 512, 0])), brute)
-        np.testing.assert_allclose(on_turn(box + np.array([512, 0, 512, 0]), 256), box)
 
 
 def test_overlaps_know_no_seam() -> None:

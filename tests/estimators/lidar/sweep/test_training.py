@@ -12,10 +12,11 @@ from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError, InputError, TrainingError
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.lidar import pointcloud
 from warehouse_sim.estimators.lidar.direct import LidarDirect, SweepPoses
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.estimator import TrainedSweepDetector
 from warehouse_sim.estimators.lidar.sweep.range_image import id_boxes, range_image, ring_overlaps
-from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.settings import (
     RangeImageConfig,
     SweepAugmentConfig,
@@ -103,7 +104,7 @@ def test_lidar_direct_from_a_sweep_to_poses(
 ) -> None:
     network, place = made_run(tmp_path / "network"), "warehouse_sim.estimators.lidar.direct"
     monkeypatch.setattr(
-        f"{place}.load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
+        pointcloud, "load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
     )
     monkeypatch.setattr(f"{place}.model_names", lambda: ["detector-sweep"])
     monkeypatch.setattr(f"{place}.model_dir", lambda name: run)
@@ -131,7 +132,7 @@ def test_recorded_sweeps_need_no_special_case(
     """KITTI's frames have no ids, no beams and no pallets: all is read, next to nothing is found."""
     network, place = made_run(tmp_path / "network"), "warehouse_sim.estimators.lidar.direct"
     monkeypatch.setattr(
-        f"{place}.load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
+        pointcloud, "load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
     )
     monkeypatch.setattr(f"{place}.model_names", lambda: ["detector-sweep"])
     monkeypatch.setattr(f"{place}.model_dir", lambda name: run)
@@ -146,25 +147,6 @@ def test_recorded_sweeps_need_no_special_case(
         # The plane that KITTI's file gives, in the camera frame, from another method.
         height = (down @ mounted.T_camera_sensor)[2, 3]
         assert floor[2] == pytest.approx(-height, abs=0.1)
-
-
-def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Path) -> None:
-    config = replace(CONFIG, max_steps=6, validations=2)
-    whole = train("detector-sweep", toy_root, tmp_path / "whole", config, cache=tmp_path / "cache")
-    part = tmp_path / "part"
-
-    def stop(fraction: float, note: str) -> None:
-        if note.startswith("step 4"):
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train("detector-sweep", toy_root, part, config, progress=stop, cache=tmp_path / "cache")
-    with pytest.raises(TrainingError, match="no weights"):
-        TrainedSweepDetector(part)
-    train("detector-sweep", toy_root, part, config, resume=True, cache=tmp_path / "cache")
-    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (whole, part))
-    for name, value in a.items():
-        np.testing.assert_array_equal(value, b[name], err_msg=name)
 
 
 def test_weights_of_depth_images_are_a_beginning(toy_root: Path, tmp_path: Path) -> None:

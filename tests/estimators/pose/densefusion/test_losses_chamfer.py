@@ -9,17 +9,12 @@ import torch
 from scipy.spatial import cKDTree
 
 from tests.dataset.toy import PALLET
-from tests.estimators.pose.densefusion.made_crops import DIAMETER, MESH, made_set, pallet_shape, pose
+from tests.estimators.pose.densefusion.made_crops import DIAMETER, MESH, pallet_shape, pose
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.losses import chamfer_distance, loss_distance
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape, shape_tensors
-from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
-from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask
-from warehouse_sim.estimators.registries import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.geometry.mesh import sample_surface
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z, transform_points
 
@@ -51,17 +46,6 @@ def pairs(count: int = 4) -> list[tuple[np.ndarray, np.ndarray]]:
         T = pose(rng)
         found.append((T @ make_transform(rotation_z(rng.normal(0, 0.4)) @ rotation_x(0.1), rng.normal(0, 0.1, 3)), T))
     return found
-
-
-@pytest.mark.parametrize("squared", [False, True])
-def test_it_is_the_slow_count_of_two_loops(squared: bool) -> None:
-    few = SURFACE[:23]
-    for T, T_gt in pairs():
-        a, b = transform_points(T, few), transform_points(T_gt, few)
-        table = np.array([[sum((p - q) ** 2) for q in b] for p in a])
-        table = table if squared else np.sqrt(table)
-        slow = np.mean([min(row) for row in table]) + np.mean([min(column) for column in table.T])
-        assert distance(T, T_gt, squared, few) == pytest.approx(slow, rel=1e-4)
 
 
 @pytest.mark.parametrize("squared", [False, True])
@@ -135,44 +119,3 @@ def test_metres_scale_with_the_object_and_squares_with_its_square() -> None:
             for unit in ("half-diameters", "metres")
         )
         assert metres == pytest.approx(ours * SCALE**power, rel=1e-5)
-
-
-def test_mixed_precision_does_not_reach_it() -> None:
-    (T, T_gt), *_ = pairs()
-    exact = distance(T, T_gt, False)
-    with torch.autocast("cpu", torch.bfloat16):
-        assert distance(T, T_gt, False) == exact
-
-
-@pytest.mark.parametrize(
-    ("name", "chosen"),
-    [
-        ("densefusion-pointcloud", "chamfer-squared"),
-        pytest.param("object-coordinates", "chamfer", marks=pytest.mark.slow),
-        pytest.param("densefusion-pointcloud", "chamfer", marks=pytest.mark.slow),
-        pytest.param("object-coordinates", "chamfer-squared", marks=pytest.mark.slow),
-    ],
-)
-def test_networks_learn_from_it(name: str, chosen: str) -> None:
-    torch.manual_seed(0)
-    method = ESTIMATORS.get(name).network("nano")
-    crops = made_set(24, method.side_px)
-    shape = replace(pallet_shape(), surface=tuple(SURFACE[:64].ravel()))
-    network = DenseFusion(method, 1)
-    start_at_mean_rotation(network, crops, (shape,))
-    config = TrainConfig(loss=LossConfig(distance=chosen), refiner_start=0.0)
-    crop = CropConfig(side_px=method.side_px)
-    task = PoseTask(network, shape_tensors([shape]), config, {"train": crops, "val": crops}, crop)
-    optimiser = torch.optim.Adam(network.parameters(), lr=2e-3)
-    with torch.no_grad():
-        before = task.validate(network.eval())
-    for step in range(25):
-        optimiser.zero_grad()
-        task.train()
-        loss = task(torch.randint(len(crops), (8,)), slice(None), step, step / 25)
-        loss.backward()
-        assert all(value.grad is None or bool(value.grad.isfinite().all()) for value in network.parameters())
-        optimiser.step()
-    with torch.no_grad():
-        after = task.validate(network.eval())
-    assert after["val_median_mm"] < 0.9 * before["val_median_mm"]

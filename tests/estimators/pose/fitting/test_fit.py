@@ -6,8 +6,8 @@ import pytest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.fitting import search
-from warehouse_sim.estimators.pose.fitting.fit import icp_multistart, rectangle_fit
+from warehouse_sim.estimators.pose.fitting import search, verification
+from warehouse_sim.estimators.pose.fitting.fit import PoseFit, rectangle_fit
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
 from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
@@ -57,7 +57,7 @@ def seen(T_world_object: np.ndarray, pitch: float, wall: float = 9.0) -> tuple[R
 def test_the_box_is_found_whatever_its_direction_and_the_camera_s_pitch(yaw_deg: int, pitch: float) -> None:
     T_world_object = make_transform(rotation_z(np.deg2rad(yaw_deg)), np.array([3.0, 0.3, 0.15]))
     image, gt = seen(T_world_object, pitch)
-    for made, shift, turn in ((rectangle_fit(), 0.06, 3.0), (icp_multistart(), 0.01, 0.5)):
+    for made, shift, turn in ((rectangle_fit(), 0.06, 3.0), (PoseFit(), 0.01, 0.5)):
         made.onboard({3: box()})
         (found,) = made.estimate(image)
         looks = gt @ HALF_TURN.transforms
@@ -83,13 +83,16 @@ def test_one_of_four_rectangles_is_the_box_when_its_points_are_exact() -> None:
     assert len(distinct(found, HALF_TURN)) == 3
 
 
-def test_the_image_speaks_for_the_ground_truth_and_against_what_it_looks_through() -> None:
+def test_the_image_speaks_for_the_ground_truth_and_against_what_it_looks_through(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     T_world_object = make_transform(rotation_z(0.3), np.array([3.0, 0.0, 0.15]))
     image, gt = seen(T_world_object, -0.1)
     surface = build_surface(box().mesh(), 20_000, np.random.default_rng(0))
     mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
     view = DepthView(CAMERA, image.depth, mask, np.zeros((0, 3)))
-    config = VerificationConfig(unexplained=0.0)
+    monkeypatch.setattr(verification, "_UNEXPLAINED", 0.0)
+    config = VerificationConfig(1500)
     at_gt = judge(gt, surface, view, config)
     assert at_gt.supported > 0.9
     nearer, aside, turned = gt.copy(), gt.copy(), gt @ make_transform(rotation_z(np.pi / 2), np.zeros(3))
@@ -116,7 +119,7 @@ def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
     down = np.diag([1.0, -1.0, -1.0])
     place = np.array([0.0, 0.0, 2.0 + SIZE[2] / 2.0])
     right, turned = (
-        judge(make_transform(rotation_z(yaw) @ down, place), surface, view, VerificationConfig())
+        judge(make_transform(rotation_z(yaw) @ down, place), surface, view, VerificationConfig(1500))
         for yaw in (0.0, np.pi / 2)
     )
     assert right.supported > 0.9
@@ -129,7 +132,7 @@ def test_a_neighbour_s_surface_beside_the_mask_is_no_support() -> None:
 
 def test_a_fine_fit_that_goes_astray_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
-    estimator = icp_multistart()
+    estimator = PoseFit()
     estimator.onboard({3: box()})
     astray = make_transform(rotation_z(0.5), np.array([0.4, 0.3, 0.0]))
     monkeypatch.setattr(search, "fit_finely", lambda sought, starts, config: [poses @ astray for poses in starts])

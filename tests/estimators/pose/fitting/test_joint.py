@@ -7,7 +7,7 @@ import pytest
 
 from tests.estimators.pose.fitting.test_fit import HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.fitting.fit import icp_multistart
+from warehouse_sim.estimators.pose.fitting.fit import PoseFit
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
 
 YAW = 0.6
@@ -30,7 +30,7 @@ def merged(apart: np.ndarray) -> tuple[RgbdImage, list[np.ndarray]]:
 )
 def test_two_crates_in_one_mask_are_both_found(apart: np.ndarray) -> None:
     image, gts = merged(apart)
-    estimator = icp_multistart()
+    estimator = PoseFit()
     estimator.onboard({3: box()})
     found = estimator.estimate(image)
     assert [item.detection for item in found] == [4, 2]
@@ -47,7 +47,7 @@ def test_two_crates_in_one_mask_are_both_found(apart: np.ndarray) -> None:
 def test_a_crate_that_is_detected_twice_is_not_pushed_aside() -> None:
     image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
     twice = replace(image, detections=tuple(replace(image.detections[0], number=i) for i in (0, 1)))
-    estimator = icp_multistart()
+    estimator = PoseFit()
     estimator.onboard({3: box()})
     for item in estimator.estimate(twice):
         assert np.linalg.norm(item.T_camera_object[:3, 3] - gt[:3, 3]) < 0.02

@@ -7,7 +7,7 @@ import numpy as np
 from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting.hypotheses import hypotheses, masked_points
-from warehouse_sim.estimators.pose.fitting.sweep import SweepConfig, anchored, outer_sides, swept
+from warehouse_sim.estimators.pose.fitting.sweep import DIRECTIONS, KEPT, anchored, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
@@ -38,7 +38,7 @@ def error(poses: np.ndarray, gt: np.ndarray) -> float:
 
 def test_a_hidden_corner_and_readings_between_surfaces_lead_rectangles_astray_but_not_the_sweep() -> None:
     of_rectangle, of_sweep = [], []
-    sides = outer_sides(build_surface(box().mesh(), 20_000, np.random.default_rng(0)), SweepConfig().samples)
+    sides = outer_sides(build_surface(box().mesh(), 20_000, np.random.default_rng(0)))
     for yaw_deg in YAWS_DEG:
         image, gt = spoiled(np.deg2rad(yaw_deg), yaw_deg)
         mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
@@ -46,8 +46,8 @@ def test_a_hidden_corner_and_readings_between_surfaces_lead_rectangles_astray_bu
         view = DepthView(CAMERA, image.depth, mask, points[:400])
         assert image.gravity is not None
         of_rectangle.append(error(hypotheses(points, SIZE, image.gravity), gt))
-        found = swept(points, sides, HALF_TURN, view, image.gravity, SweepConfig())
-        assert len(found) <= SweepConfig().kept
+        found = swept(points, sides, HALF_TURN, view, image.gravity)
+        assert len(found) <= KEPT
         of_sweep.append(error(found, gt))
     assert np.mean(np.array(of_rectangle) < 1.0) <= 0.5
     assert np.max(of_sweep) < 1.0
@@ -57,21 +57,10 @@ def test_boxes_begin_and_end_where_the_points_do() -> None:
     rng, yaw, place = np.random.default_rng(3), np.pi / 24 * 5, np.array([4.0, 1.0, 0.2])
     # The right half of the near long side: the box reaches farther to the left than the points.
     seen_part = np.stack([rng.uniform(0, 0.6, 500), np.full(500, -0.4), rng.uniform(-0.15, 0.15, 500)], axis=1)
-    found = anchored(seen_part @ rotation_z(yaw).T + place, SIZE, np.pi, SweepConfig(quantile=0.0))
+    found = anchored(seen_part @ rotation_z(yaw).T + place, SIZE, np.pi, quantile=0.0)
     gt = make_transform(rotation_z(yaw), place)
     away = np.linalg.norm(found[:, :3, 3] - gt[:3, 3], axis=1)
     same = rotation_angle(found[:, :3, :3], gt[None, :3, :3]) < 1e-6
     assert same.sum() == 8
     assert away[same].min() < 0.01
-    assert len(found) == 8 * SweepConfig().directions
-
-
-def test_the_same_image_gives_the_same_poses() -> None:
-    image, _ = spoiled(0.5, 1)
-    mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
-    points = masked_points(image, mask, np.random.default_rng(0))
-    view = DepthView(CAMERA, image.depth, mask, points[:400])
-    sides = outer_sides(build_surface(box().mesh(), 5_000, np.random.default_rng(0)), SweepConfig().samples)
-    assert image.gravity is not None
-    one, other = (swept(points, sides, HALF_TURN, view, image.gravity, SweepConfig()) for _ in range(2))
-    np.testing.assert_array_equal(one, other)
+    assert len(found) == 8 * DIRECTIONS

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import safetensors.numpy
 
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.segmenters.segnet.estimator import SegmentConfig, TrainedSegmenter
+from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, SegmenterConfig
 from warehouse_sim.estimators.train import train
 
@@ -45,7 +44,7 @@ def boxed(reader: DatasetReader, split: str):
 
 
 def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
-    segmenter, overlaps = TrainedSegmenter(run, SegmentConfig(min_pixels=1)), []
+    segmenter, overlaps = TrainedSegmenter(run), []
     for image, masks, _, _ in boxed(DatasetReader(toy_root), "train"):
         for item in segmenter.segment(image):
             assert item.mask is not None
@@ -64,33 +63,6 @@ def test_no_pixel_belongs_to_two(run: Path, toy_root: Path) -> None:
     image = replace(image, detections=(*image.detections, near))
     found = TrainedSegmenter(run).segment(image)
     assert np.sum([item.mask for item in found], axis=0).max() == 1
-    several = TrainedSegmenter(run, SegmentConfig(exclusive=False)).segment(image)
-    assert np.sum([item.mask for item in several], axis=0).max() == 2
-
-
-def test_a_resumed_run_ends_as_an_uninterrupted_one(toy_root: Path, tmp_path: Path) -> None:
-    config = replace(CONFIG, max_steps=8, validations=2)
-    whole, part = train("segmenter-depth", toy_root, tmp_path / "whole", config), tmp_path / "part"
-
-    def stop(fraction: float, note: str) -> None:
-        if note.startswith("step 6"):
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train("segmenter-depth", toy_root, part, config, progress=stop)
-    train("segmenter-depth", toy_root, part, config, resume=True)
-    a, b = (safetensors.numpy.load_file(folder / "weights.safetensors") for folder in (whole, part))
-    for name, value in a.items():
-        np.testing.assert_array_equal(value, b[name], err_msg=name)
-
-
-def test_the_number_of_threads_changes_no_weight(toy_root: Path, tmp_path: Path) -> None:
-    config = replace(CONFIG, max_steps=4, validations=1)
-    for workers in (1, 3):
-        train("keypoints-rgbd", toy_root, tmp_path / str(workers), replace(config, workers=workers))
-    a, b = (safetensors.numpy.load_file(tmp_path / name / "weights.safetensors") for name in ("1", "3"))
-    for name, value in a.items():
-        np.testing.assert_array_equal(value, b[name], err_msg=name)
 
 
 def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path) -> None:

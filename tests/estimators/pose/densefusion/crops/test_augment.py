@@ -47,12 +47,6 @@ def test_an_occluder_hides_one_side_of_the_image() -> None:
             assert (row[gone] @ direction).mean() < (row[kept] @ direction).quantile(0.2)
 
 
-def test_no_disturbance_keeps_all_points() -> None:
-    crops = made_table(4)
-    config = AugmentConfig(hide_probability=0.0, erode_px=0)
-    assert torch.equal(hidden(config, crops), present_of(crops))
-
-
 def test_turns_are_rotations_of_the_wanted_strength() -> None:
     config = AugmentConfig(yaw=0.2, tilt=0.0)
     turns = random_turns(sample_noise(4000, torch.Generator().manual_seed(0)).turn, config)

@@ -67,30 +67,6 @@ def test_a_crop_with_few_points_repeats_them_evenly() -> None:
     assert times.tolist() == [4] * 5
 
 
-def test_the_same_generator_gives_the_same_batch() -> None:
-    crops = made_set(3, side_px=16, depth=True)
-    a, b, other = (sample_batch(crops, torch.arange(3), 64, generator(seed), AugmentConfig()) for seed in (7, 7, 8))
-    assert all(torch.equal(x, y) for x, y in zip(tensors(a), tensors(b), strict=True))
-    assert not torch.equal(a.inputs.points, other.inputs.points)
-    assert not torch.equal(a.inputs.rgb, other.inputs.rgb)
-
-
-def test_every_point_is_taken_about_equally_often() -> None:
-    crops = made_set(1)
-    augment = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, drop_fraction=0.7)
-    stored = crops.tables[0].points[0, : crops.tables[0].point_count[0]]
-    times = torch.zeros(len(stored))
-    for seed in range(300):
-        points = sample_batch(crops, torch.tensor([0]), 100, generator(seed), augment)
-        metres = points.inputs.points[0] * points.scale + points.centre
-        nearest = torch.cdist(metres.double(), stored.double()).argmin(dim=1)
-        times += torch.bincount(nearest, minlength=len(stored))
-    assert times.sum() == 300 * 100
-    # 75 times on average; stretches of neighbours spread wider than single draws would.
-    assert times.min() > 40
-    assert times.max() < 115
-
-
 def test_dropout_leaves_fewer_different_points() -> None:
     crops = made_set(64)
     augment = AugmentConfig(hide_probability=0, erode_px=0, drop_fraction=0.9)

@@ -111,15 +111,6 @@ def test_some_of_the_upright_ones_lean_against_gravity() -> None:
     assert abs(float(lean[leans].std()) - 3.0) < 0.3
 
 
-def test_a_share_of_a_batch_is_disturbed_as_in_the_whole() -> None:
-    crops, index = crops_with_surroundings(8, np.array([0.0, 1.0, 0.0])), torch.tensor([5, 1, 7, 0])
-    whole = sample_batch(crops, index, 64, generator(), AUGMENT, crop=CONFIG, upright=True)
-    for fraction in (slice(0, None, 2), slice(1, None, 2)):
-        part = sample_batch(crops, index, 64, generator(), AUGMENT, fraction, CONFIG, True)
-        torch.testing.assert_close(part.inputs.points, whole.inputs.points[fraction], rtol=0, atol=1e-6)
-        assert torch.equal(part.inputs.inside, whole.inputs.inside[fraction])
-
-
 @pytest.mark.parametrize("grown", [0, 12])
 def test_the_view_shows_what_its_points_say(grown: int) -> None:
     """The depth crop at each point's pixel is that point's, whatever the mask that the view is about."""

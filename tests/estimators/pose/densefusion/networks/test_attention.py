@@ -29,13 +29,6 @@ def test_position_matters() -> None:
     assert len(torch.unique(found[0], dim=0)) == 5
 
 
-def test_attention_has_the_expected_number_of_weights() -> None:
-    # Query, key, value and output with biases: 4 (E^2 + E).
-    fusion = AttentionFusion(AttentionConfig(64, heads=4), (32, 32))
-    layers = (fusion.query, fusion.key_value, fusion.attended)
-    assert sum(weight.numel() for layer in layers for weight in layer.parameters()) == 4 * (64 * 64 + 64)
-
-
 def test_impossible_sizes_are_rejected() -> None:
     with pytest.raises(ConfigError, match="multiple of heads"):
         AttentionConfig(30, heads=4)

@@ -5,16 +5,14 @@ import torch
 
 from tests.estimators.pose.densefusion.networks.made_inputs import (
     BATCH,
-    CLASSES,
     build,
     made_gt,
     made_input,
     made_shapes,
 )
-from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
 from warehouse_sim.estimators.pose.densefusion.networks.image import Upsample
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
@@ -45,31 +43,6 @@ def test_each_method_reads_what_its_name_says() -> None:
 @pytest.mark.parametrize("size", ["nano", "small", "full"])
 def test_no_method_is_a_renamed_copy(size: str) -> None:
     assert len({ESTIMATORS.get(name).network(size) for name in trained_names()}) == len(READS)
-
-
-@pytest.mark.parametrize("name", sorted(READS))
-@pytest.mark.parametrize("size", ["nano", "small", "full"])
-def test_shapes(name: str, size: str) -> None:
-    network, x = build(name, size)
-    network.eval()
-    with torch.inference_mode():
-        embedding = network.embed(x)
-        hypotheses, coordinates, _ = network.propose(x, embedding)
-        rotation, shift = network.refine(torch.eye(3).expand(BATCH, 3, 3), torch.zeros(BATCH, 3), x, embedding)
-    config, count = network.config, x.points.shape[1]
-    width = config.fusion.embedding if config.fusion else 32
-    assert embedding is None if not config.images else embedding.shape == (BATCH, count, width)
-    proposed = 1 if name == "object-coordinates" else count
-    assert hypotheses.quat_wxyz.shape == (BATCH, proposed, 4)
-    assert hypotheses.translation.shape == (BATCH, proposed, 3)
-    assert hypotheses.logit.shape == (BATCH, proposed)
-    assert (coordinates is not None) == (name == "object-coordinates")
-    if coordinates is not None:
-        assert coordinates.object_points.shape == x.points.shape
-        assert coordinates.log_scale.shape == (BATCH, count)
-    # An untrained refiner changes nothing.
-    torch.testing.assert_close(rotation, torch.eye(3).expand(BATCH, 3, 3))
-    torch.testing.assert_close(shift, torch.zeros(BATCH, 3))
 
 
 def _whole_loss(network: DenseFusion, x, config: LossConfig = LossConfig()) -> torch.Tensor:  # noqa: B008
@@ -235,20 +208,6 @@ class Recorder(torch.nn.Module):
         return x
 
 
-def test_the_two_middle_fusions_differ_in_their_attention_only() -> None:
-    one, two = (ESTIMATORS.get(f"densefusion-middle-{k}").network("full") for k in (1, 2))
-    assert one == replace(two, fusion=one.fusion)
-    assert (one.fusion.embedding, two.fusion.embedding) == (64, 256)
-
-
-def test_cross_attention_is_a_third_fusion() -> None:
-    config = ESTIMATORS.get("densefusion-middle-1").network("nano")
-    config = replace(config, fusion=replace(config.fusion, kind="cross"))
-    network, x = DenseFusion(config, CLASSES), made_input(config)
-    _whole_loss(network, x).backward()
-    assert [name for name, value in network.named_parameters() if not value.grad.any()] == []
-
-
 def test_paper_changes_what_it_says() -> None:
     ours, theirs = (DenseFusion(ESTIMATORS.get("densefusion").network("small", flag), 1) for flag in (False, True))
     kinds = [{type(module).__name__ for module in network.images.modules()} for network in (ours, theirs)]
@@ -267,12 +226,6 @@ def test_paper_changes_what_it_says() -> None:
         plain = ours.images[0].read_inputs(x)
     assert float(plain.abs().max()) <= 1.0
     torch.testing.assert_close(image[..., 0], (x.rgb[..., 0].float() - 0.485) / 0.229)
-
-
-@pytest.mark.parametrize("name", sorted(READS))
-def test_a_configuration_survives_its_file(name: str) -> None:
-    config = ESTIMATORS.get(name).network("full")
-    assert from_mapping(DenseFusionConfig, to_mapping(config), "test") == config
 
 
 @pytest.mark.parametrize(

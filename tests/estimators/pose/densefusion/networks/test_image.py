@@ -31,15 +31,6 @@ def test_embedding_comes_from_the_points_own_pixel_and_its_surroundings(kind: st
     assert float(change[0]) > 10 * float(change[1])
 
 
-def test_two_pixels_of_a_cell_differ() -> None:
-    torch.manual_seed(0)
-    branch = ImageBranch(ImageConfig(side_px=48, width=8)).eval()
-    x = made_input(ESTIMATORS.get("densefusion").network("nano"))
-    with torch.inference_mode():
-        found = branch(x._replace(pixel=torch.tensor([[0, 1, 48, 49]] * 2)))
-    assert len(torch.unique(found[0], dim=0)) == 4
-
-
 @pytest.mark.parametrize("reads", [(), ("rgb", "rgb")])
 def test_wrong_readings_are_rejected(reads: tuple) -> None:
     with pytest.raises(ConfigError, match="rgb, depth or both"):

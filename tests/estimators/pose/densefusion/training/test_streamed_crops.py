@@ -131,14 +131,6 @@ def test_every_crop_of_a_window_is_seen_once_in_a_round(toy_root: Path, balance:
     assert [min(times.values()) for times in rounds] == [3, 3]
 
 
-def test_another_stream_teaches_something_else(toy_root: Path, tmp_path: Path, whole: Path) -> None:
-    def later(config: StreamConfig, start: int) -> Iterator[Observation]:
-        return toy_stream(config, start + 100)
-
-    other = weights(train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=later))
-    assert any(not torch.equal(value, other[name]) for name, value in weights(whole).items())
-
-
 def test_the_run_says_what_it_was_trained_on(whole: Path) -> None:
     assert PoseRun.read(whole).train.stream == STREAM
     assert "train: the stream of toy, seed 99" in (whole / "train.log").read_text()

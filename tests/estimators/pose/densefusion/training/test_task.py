@@ -7,18 +7,12 @@ import pytest
 import safetensors.torch
 import torch
 
-from tests.estimators.pose.densefusion.made_crops import made_set, pallet_shape
-from tests.estimators.pose.densefusion.training.test_train import POINTS, SHORT, KilledError, weights
+from tests.estimators.pose.densefusion.training.test_train import POINTS, SHORT, weights
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
 from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
-from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask, rate_factor, refiner_alone
-from warehouse_sim.estimators.registries import ESTIMATORS
+from warehouse_sim.estimators.pose.densefusion.training.task import rate_factor, refiner_alone
 from warehouse_sim.estimators.train import train
 
 ON_TOP = replace(SHORT, phase="refiner")
@@ -38,18 +32,6 @@ def test_a_phase_on_top_of_a_run_moves_the_refiner_alone(toy_root: Path, tmp_pat
     assert moved(weights(finished), weights(run)) == {"refiner"}
     config = PoseRun.read(run)
     assert (config.train.phase, config.started_from.name) == ("refiner", str(finished))
-
-
-def test_a_phase_that_was_killed_resumes_to_the_same_weights(toy_root: Path, tmp_path: Path, finished: Path) -> None:
-    def kill(part: float, note: str) -> None:
-        if note.startswith("step 5"):
-            raise KilledError
-
-    with pytest.raises(KilledError):
-        train(POINTS, toy_root, tmp_path / "killed", ON_TOP, progress=kill, init=finished)
-    killed = train(POINTS, toy_root, tmp_path / "killed", ON_TOP, resume=True)
-    whole = train(POINTS, toy_root, tmp_path / "whole", ON_TOP, init=finished)
-    assert moved(weights(killed), weights(whole)) == set()
 
 
 def test_apart_leaves_the_rest_as_it_is_from_where_the_refiner_begins(toy_root: Path, tmp_path: Path) -> None:
@@ -79,27 +61,6 @@ def test_each_phase_has_a_cosine_of_its_own() -> None:
     assert [refiner_alone(config, fraction) for fraction in (0.0, 0.74, 0.75, 1.0)] == [False, False, True, True]
     assert refiner_alone(replace(config, phase="refiner"), 0.0)
     assert not refiner_alone(replace(config, phase="joint"), 1.0)
-
-
-@pytest.mark.slow
-def test_a_refiner_alone_learns_what_a_network_gets_wrong() -> None:
-    torch.manual_seed(0)
-    crops, shapes = made_set(48), (pallet_shape(),)
-    network = DenseFusion(ESTIMATORS.get(POINTS).network("nano"), 1)
-    start_at_mean_rotation(network, crops, shapes)
-    config = TrainConfig(phase="refiner")
-    task = PoseTask(network, shape_tensors(shapes), config, {"train": crops, "val": crops}, CropConfig())
-    optimiser = torch.optim.Adam(network.parameters(), lr=2e-3)
-    before = {name: value.clone() for name, value in network.state_dict().items()}
-    for step in range(60):
-        optimiser.zero_grad()
-        task.train()
-        task(torch.randint(len(crops), (16,)), slice(None), step, step / 60).backward()
-        optimiser.step()
-    assert moved(before, network.state_dict()) == {"refiner"}
-    with torch.no_grad():
-        found = task.validate(network.eval())
-    assert found["val_median_mm"] < 0.6 * found["val_median_unrefined_mm"]
 
 
 def test_a_phase_on_top_needs_something_below(toy_root: Path, tmp_path: Path, finished: Path) -> None:

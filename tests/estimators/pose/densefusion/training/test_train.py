@@ -162,23 +162,6 @@ def test_training_begins_with_given_weights(toy_root: Path, tmp_path: Path, fini
         train("densefusion", toy_root, tmp_path / "other", SHORT, init=finished)
 
 
-def test_a_run_killed_before_its_first_checkpoint_begins_with_the_same_weights(
-    toy_root: Path, tmp_path: Path, finished: Path
-) -> None:
-    def kill(fraction: float, note: str) -> None:
-        if note.startswith("step 1"):
-            raise KilledError
-
-    with pytest.raises(KilledError):
-        train(POINTS, toy_root, tmp_path / "killed", SHORT, progress=kill, init=finished)
-    killed, whole = tmp_path / "killed", tmp_path / "whole"
-    train(POINTS, toy_root, killed, SHORT, resume=True)
-    train(POINTS, toy_root, whole, SHORT, init=finished)
-    assert PoseRun.read(killed) == PoseRun.read(whole)
-    for name, value in weights(whole).items():
-        torch.testing.assert_close(weights(killed)[name], value, msg=name)
-
-
 def test_time_limit_holds(toy_root: Path, tmp_path: Path) -> None:
     config = replace(SHORT, max_steps=None, max_minutes=3 / 60)
     run = train("densefusion-pointcloud", toy_root, tmp_path / "run", config)
