@@ -13,9 +13,9 @@ from benchmarks.front_ends.data import TEST_DISTANCE, TEST_INDUSTRIAL
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.estimators.detectors.estimator import DetectConfig
+from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.estimator import TrainedSweepDetector
 from warehouse_sim.estimators.lidar.sweep.range_image import range_image, ring_overlaps
-from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.rows import objects_about, sweep_labels
 from warehouse_sim.evaluation.detection.scores import Seen, precision_intervals, wanted_in
 from warehouse_sim.geometry.pose import invert
