@@ -129,7 +129,7 @@ class WithUncertainty(WrappedEstimator):
         ]
 
     def _is_blocked(self, estimate: PoseEstimate, image: RgbdImage) -> bool:
-        """Return whether something stands in an opening of the object, where that is asked."""
+        """Return whether something stands in an opening of the object, if that rejects it."""
         mesh, T = self._mesh(estimate.obj_id), estimate.T_camera_object
         if not self._reject_blocked or mesh is None or T[2, 3] <= 0.0:
             return False
