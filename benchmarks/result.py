@@ -2,11 +2,11 @@
 
 import json
 import os
-import platform
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from warehouse_sim.benchmark.result import processor
 from warehouse_sim.dataset.manifest import package_versions
 from warehouse_sim.render import open_renderer
 
@@ -39,7 +39,7 @@ def machine() -> dict[str, Any]:
     """Return what the numbers depend on besides the code."""
     with open_renderer("raster") as renderer:
         description = renderer.description
-    return {"processor": _processor(), "cores": os.cpu_count(), "renderer": description, "packages": package_versions()}
+    return {"processor": processor(), "cores": os.cpu_count(), "renderer": description, "packages": package_versions()}
 
 
 def rounded(value: Any) -> Any:
@@ -51,12 +51,3 @@ def rounded(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [rounded(item) for item in value]
     return value
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.machine()

@@ -10,13 +10,12 @@ from warehouse_sim.optional import require_extra
 from warehouse_sim.version import __version__
 
 if TYPE_CHECKING:
-    from warehouse_sim.api.camera import Camera
+    from warehouse_sim.api.camera import Camera, Rig
     from warehouse_sim.api.dataset import Dataset
     from warehouse_sim.api.folders import convert, validate
     from warehouse_sim.api.generate import generate
     from warehouse_sim.api.observation import Observation
     from warehouse_sim.api.recipe import Recipe, recipe
-    from warehouse_sim.api.rig import Rig
     from warehouse_sim.api.scene import Scene
     from warehouse_sim.api.scoring import evaluate, predict, report
     from warehouse_sim.api.training import load_estimator, train
@@ -57,7 +56,7 @@ _PUBLIC = {
     "PoseEstimate": "warehouse_sim.schema",
     "Recipe": "warehouse_sim.api.recipe",
     "RgbdImage": "warehouse_sim.estimators.image",
-    "Rig": "warehouse_sim.api.rig",
+    "Rig": "warehouse_sim.api.camera",
     "Scene": "warehouse_sim.api.scene",
     "WarehouseSimError": "warehouse_sim.errors",
     "Writer": "warehouse_sim.api.writer",

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.toy import make_dataset
+from warehouse_sim.cli.checks import write_beside, write_one
 from warehouse_sim.cli.main import main
-from warehouse_sim.cli.replacing import write_beside, write_one
 from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.errors import DatasetError, OutputError
 

@@ -103,8 +103,8 @@ def test_trust_comes_back_from_its_plain_form():
         row(scene_id=i % 5, score=i / 40, slack_lateral=0.01 if i % 3 else -0.01, error_bound=0.1) for i in range(40)
     ]
     trust = trust_of(table(*rows, missed()))
-    again = Trust.from_plain(trust.to_plain(), "here")
-    assert again.to_plain() == trust.to_plain()
+    again = Trust.read(trust.row(), "here")
+    assert again.row() == trust.row()
     assert (trust.estimates, trust.failures) == (40, 14)
     assert trust.risk_at[-1] == (1.0, pytest.approx(14 / 40))
 
@@ -112,7 +112,7 @@ def test_trust_comes_back_from_its_plain_form():
 def test_trust_in_nothing_is_not_known():
     trust = trust_of(table(missed()))
     assert trust.estimates == 0
-    assert Trust.from_plain(trust.to_plain(), "here").to_plain()["auroc"] is None
+    assert Trust.read(trust.row(), "here").row()["auroc"] is None
 
 
 def test_the_interval_is_that_of_scenes_laid_side_by_side():

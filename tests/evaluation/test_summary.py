@@ -23,12 +23,12 @@ def test_an_empty_group_has_no_numbers_and_no_intervals():
 
 def test_a_summary_survives_json_with_null_for_what_is_not_finite():
     got = summarise("all", table(missed(), missed(), without_pockets()))
-    plain = got.to_plain()
+    plain = got.row()
     assert plain["metrics"]["median_add"] is None
-    again = Summary.from_plain(plain, "here")
+    again = Summary.read(plain, "here")
     assert again.metrics["add_2pct"] == pytest.approx(1 / 3, abs=1e-6)
     assert np.isnan(again.metrics["median_add"])
-    assert again.to_plain() == plain
+    assert again.row() == plain
 
 
 def test_bins_hold_every_ground_truth_once_and_touch_without_overlap():

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal
 import yaml
 
 from warehouse_sim.api.arguments import checked
-from warehouse_sim.api.camera import Camera
-from warehouse_sim.api.rig import Rig
+from warehouse_sim.api.camera import Camera, Rig
 from warehouse_sim.catalog.mesh_object import mesh_name
 from warehouse_sim.config import to_mapping
 from warehouse_sim.generation.difficulty import with_difficulty

@@ -9,10 +9,9 @@ from typing import Annotated, Any, cast, overload
 import numpy as np
 
 from warehouse_sim.api.arguments import checked
-from warehouse_sim.api.camera import Camera
+from warehouse_sim.api.camera import Camera, Rig
 from warehouse_sim.api.observation import Observation
 from warehouse_sim.api.recipe import Light, Recipe
-from warehouse_sim.api.rig import Rig
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.streamed import ObservedDataset
 from warehouse_sim.errors import InputError

@@ -103,7 +103,7 @@ class SuiteResult:
 def machine(renderers: tuple[str, ...] = ()) -> dict[str, Any]:
     """Return what numbers depend on besides the code."""
     return {
-        "processor": _processor(),
+        "processor": processor(),
         "cores": os.cpu_count(),
         "renderers": list(renderers),
         "packages": package_versions(),
@@ -129,7 +129,8 @@ def read_result(path: Path) -> SuiteResult:
         raise EvaluationError(str(problem)) from problem
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the name of this machine's processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
     except OSError:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import tyro
 
+from warehouse_sim.cli.checks import processes
 from warehouse_sim.cli.console import finish, fraction_progress
-from warehouse_sim.cli.workers import processes
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import missing, require_extra
 

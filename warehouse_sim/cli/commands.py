@@ -14,6 +14,10 @@ GROUPS = {
 """Groups by their short name, in the order of the help page."""
 
 
+_TOGETHER = {"convert": "export", "export-scene": "export", "report": "evaluate", "validate": "view"}
+"""Commands that share the module of another."""
+
+
 @dataclass(frozen=True)
 class Command:
     """One command; its function is imported when it is called."""
@@ -30,10 +34,11 @@ class Command:
     """What ``--out`` names."""
 
     def function(self) -> Callable[..., Any]:
-        """Import and return what runs the command: the function of its name in the module of its name."""
-        name = self.name.replace("-", "_")
-        module = import_module(f"warehouse_sim.cli.{name}")
-        found: Callable[..., Any] = getattr(module, "list_names" if name == "list" else name)
+        """Import and return what runs the command: the function of its name."""
+        module = import_module(f"warehouse_sim.cli.{_TOGETHER.get(self.name, self.name)}")
+        found: Callable[..., Any] = getattr(
+            module, "list_names" if self.name == "list" else self.name.replace("-", "_")
+        )
         return found
 
 

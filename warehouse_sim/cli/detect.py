@@ -8,8 +8,8 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
+from warehouse_sim.cli.checks import require_free
 from warehouse_sim.cli.console import finish, fraction_progress
-from warehouse_sim.cli.replacing import require_free
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 

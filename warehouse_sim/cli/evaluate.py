@@ -1,11 +1,11 @@
-"""``warehouse-sim evaluate``: predictions become scores."""
+"""``warehouse-sim evaluate`` and ``report``: predictions become scores, and scores a page that a person can look at."""
 
 from pathlib import Path
 
 import tyro
 
+from warehouse_sim.cli.checks import write_beside, write_one
 from warehouse_sim.cli.console import finish
-from warehouse_sim.cli.replacing import write_beside
 
 
 def evaluate(
@@ -48,3 +48,19 @@ def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite:
     print("\n".join(kitti_lines(scores)))
     path = write_beside(out, lambda folder: write_kitti_scores(scores, folder), overwrite)
     finish(path, "view", data, "--summary", "--out", out / "summary")
+
+
+def report(
+    folders: tyro.conf.Positional[tuple[Path, ...]], out: Path = Path("report.html"), overwrite: bool = False
+) -> None:
+    """Write one self-contained HTML page about datasets, runs and scores, or about suites of the benchmark.
+
+    Args:
+        folders: Dataset, run and evaluation folders; or results of suites (SUITE.json) and folders of them, of which
+            charts and leaderboards are drawn.
+        out: HTML file to write; of suites, a name that ends in .md takes the leaderboards alone, as Markdown.
+        overwrite: Replace the file where it has other content.
+    """
+    from warehouse_sim.api.scoring import report as write
+
+    finish(write_one(out, lambda page: write(*folders, out=page), overwrite))

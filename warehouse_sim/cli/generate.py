@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from warehouse_sim.cli.checks import processes
 from warehouse_sim.cli.console import count_progress, finish, say
-from warehouse_sim.cli.workers import processes
 from warehouse_sim.errors import InputError, WarehouseSimError
 from warehouse_sim.optional import require_extra
 

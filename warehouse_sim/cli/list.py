@@ -9,7 +9,7 @@ from pathlib import Path
 import tyro
 
 from warehouse_sim.cli.console import finish, require_ending
-from warehouse_sim.cli.names import folded, kinds, names_of, require_kind
+from warehouse_sim.cli.names import KINDS, folded, names_of
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
@@ -31,8 +31,6 @@ def list_names(
         json: Print JSON: a list of names by kind.
         out: With kind objects, PNG file with a picture of each and its size.
     """
-    if kind is not None:
-        require_kind(kind)
     if out is not None or objects:
         if kind != "objects" or out is None or json:
             raise InputError(
@@ -42,7 +40,7 @@ def list_names(
         _draw(out, objects)
         return
     if json:
-        print(json_text.dumps({name: sorted(names_of(name)) for name in ([kind] if kind else kinds())}, indent=1))
+        print(json_text.dumps({name: sorted(names_of(name)) for name in ([kind] if kind else KINDS)}, indent=1))
         return
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 140
     if kind is not None:
@@ -51,7 +49,7 @@ def list_names(
         for name, text in found.items():
             print(textwrap.shorten(f"{name:{left}}  {text}", width, placeholder=" ...") if text else name)
         return
-    for name in kinds():
+    for name in KINDS:
         names = folded(names_of(name)) if name in ("objects", "materials") else list(names_of(name))
         print(
             textwrap.fill(

@@ -2,51 +2,98 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
 from typing import Any
 
 import yaml
 
 from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.registry import Registry
 
 _LEAST_OF_FAMILY = 8
+Describe = Callable[[str, Any], str]
+"""Returns a line on a name and what it stands for."""
 
 
-def kinds() -> dict[str, Callable[[], Mapping[str, str]]]:
-    """Return what gives the names of each kind; nothing is imported before it is called."""
-    return {
-        "recipes": _recipes,
-        "rigs": _rigs,
-        "cameras": _cameras,
-        "depth": _depth,
-        "color": _color,
-        "lidars": _lidars,
-        "sensors": _sensors,
-        "light": _light,
-        "viewpoints": _viewpoints,
-        "materials": _materials,
-        "objects": _objects,
-        "estimators": _estimators,
-        "detectors": _detectors,
-        "segmenters": _segmenters,
-        "formats": _formats,
-        "backends": _backends,
-        "suites": _suites,
-    }
+def _shipped(folder: str, key: str) -> Describe:
+    """Return what takes a line from a key of a shipped file."""
+
+    def describe(name: str, _: Any) -> str:
+        from warehouse_sim.resources import data_folder
+
+        # Shipped files need no strict reader with places of errors, which takes ten times as long.
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        text = (data_folder(folder.partition("/")[0]) / folder.partition("/")[2] / f"{name}.yaml").read_text("utf-8")
+        return " ".join(str(yaml.load(text, loader).get(key, "")).split()).split(". ")[0].rstrip(".")
+
+    return describe
+
+
+def _bundled(name: str, _: Any) -> str:
+    from warehouse_sim.estimators.registries import describe_model
+    from warehouse_sim.resources import model_dir, model_names
+
+    return f"bundled: {describe_model(model_dir(name))}" if name in model_names() else ""
+
+
+def _nothing(name: str, item: Any) -> str:
+    return ""
+
+
+KINDS: dict[str, tuple[str, Describe]] = {
+    "recipes": ("warehouse_sim.resources:recipe_names", _shipped("scenes", "description")),
+    "rigs": ("warehouse_sim.sensors.rig.shipped:rig_comments", lambda name, text: str(text)),
+    "cameras": (
+        "warehouse_sim.sensors.rig.camera:CAMERA_PRESETS",
+        lambda name, item: f"{item.width} x {item.height}, {item.hfov_deg:.0f} deg across",
+    ),
+    "depth": ("warehouse_sim.sensors.rgbd.depth.models:PRESETS", lambda name, item: item.kind.replace("_", " ")),
+    "color": (
+        "warehouse_sim.sensors.rgbd.color.config:COLOR_PRESETS",
+        lambda name, item: "colour processing of a camera",
+    ),
+    "lidars": (
+        "warehouse_sim.sensors.lidar.config:LIDAR_PRESETS",
+        lambda name, item: f"lasers of {item.model}, {item.min_range:g}-{item.max_range:g} m",
+    ),
+    "sensors": ("warehouse_sim.sensors:SENSORS", _nothing),
+    "light": (
+        "warehouse_sim.scene.lighting.presets:PRESETS",
+        lambda name, item: f"{item.lux.low:g}-{item.lux.high:g} lx on the floor",
+    ),
+    "viewpoints": (
+        "warehouse_sim.scene.viewpoints.mountings:MOUNTINGS",
+        lambda name, item: f"camera {item.height.low:g}-{item.height.high:g} m high",
+    ),
+    "materials": ("warehouse_sim.catalog.materials:materials", _nothing),
+    "objects": ("warehouse_sim.catalog:CATALOG", _nothing),
+    "estimators": ("warehouse_sim.estimators.registries:ESTIMATORS", _bundled),
+    "detectors": ("warehouse_sim.estimators.registries:DETECTORS", _nothing),
+    "segmenters": ("warehouse_sim.estimators.registries:SEGMENTERS", _nothing),
+    "formats": ("warehouse_sim.dataset.formats:FORMATS", _nothing),
+    "backends": ("warehouse_sim.render:BACKENDS", _nothing),
+    "suites": ("warehouse_sim.resources:suite_names", _shipped("benchmarks/suites", "question")),
+}
+"""What holds the names of each kind (a mapping, a registry, or what returns names), and what says a line on each."""
+_FIRST = {"detectors": {"gt": "ground-truth masks", "gt-boxes": "ground-truth boxes"}}
+_LAST = {"viewpoints": {"free": "anywhere on a shell around the target"}}
 
 
 def names_of(kind: str) -> Mapping[str, str]:
-    """Return the names of one kind, a key of ``kinds``, with a line each."""
-    return kinds()[kind]()
-
-
-def require_kind(kind: str) -> None:
-    """Reject what is no kind of names.
+    """Return the names of one kind with a line each; nothing of other kinds is imported.
 
     Raises:
-        UnknownNameError: Lists the kinds.
+        UnknownNameError: There is no such kind; lists them.
     """
-    if kind not in kinds():
-        raise UnknownNameError("kind of names", kind, list(kinds()))
+    if kind not in KINDS:
+        raise UnknownNameError("kind of names", kind, list(KINDS))
+    place, describe = KINDS[kind]
+    module, _, name = place.partition(":")
+    held = getattr(import_module(module), name)
+    held = held.names() if isinstance(held, Registry) else held() if callable(held) else held
+    items = held if isinstance(held, Mapping) else dict.fromkeys(held)
+    found = {name: describe(name, items[name]) for name in (sorted(items) if kind == "materials" else items)}
+    return _FIRST.get(kind, {}) | found | _LAST.get(kind, {})
 
 
 def folded(names: Iterable[str]) -> list[str]:
@@ -58,126 +105,3 @@ def folded(names: Iterable[str]) -> list[str]:
     for family, members in families.items():
         short += [f"{family}* ({len(members)})"] if len(members) >= _LEAST_OF_FAMILY else members
     return sorted(short)
-
-
-def _first_sentence(text: Any) -> str:
-    return " ".join(str(text or "").split()).split(". ")[0].rstrip(".")
-
-
-def _described(names: list[str], path: Callable[[str], Any], key: str) -> dict[str, str]:
-    # Shipped files need no strict reader with places of errors, which takes ten times as long.
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    found = {name: yaml.load(path(name).read_text(encoding="utf-8"), loader) for name in names}
-    return {name: _first_sentence(data.get(key, "")) for name, data in found.items() if isinstance(data, dict)}
-
-
-def _recipes() -> Mapping[str, str]:
-    from warehouse_sim.resources import find_recipe, recipe_names
-
-    return _described(recipe_names(), find_recipe, "description")
-
-
-def _rigs() -> Mapping[str, str]:
-    from warehouse_sim.sensors.rig.shipped import rig_comments
-
-    return rig_comments()
-
-
-def _cameras() -> Mapping[str, str]:
-    from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
-
-    return {
-        name: f"{item.width} x {item.height}, {item.hfov_deg:.0f} deg across" for name, item in CAMERA_PRESETS.items()
-    }
-
-
-def _depth() -> Mapping[str, str]:
-    from warehouse_sim.sensors.rgbd.depth.models import PRESETS
-
-    return {name: f"{model.kind.replace('_', ' ')}" for name, model in PRESETS.items()}
-
-
-def _color() -> Mapping[str, str]:
-    from warehouse_sim.sensors.rgbd.color.config import COLOR_PRESETS
-
-    return dict.fromkeys(COLOR_PRESETS, "colour processing of a camera")
-
-
-def _lidars() -> Mapping[str, str]:
-    from warehouse_sim.sensors.lidar.config import LIDAR_PRESETS
-
-    return {
-        name: f"lasers of {item.model}, {item.min_range:g}-{item.max_range:g} m" for name, item in LIDAR_PRESETS.items()
-    }
-
-
-def _sensors() -> Mapping[str, str]:
-    from warehouse_sim.sensors import SENSORS
-
-    return dict.fromkeys(SENSORS.names(), "")
-
-
-def _light() -> Mapping[str, str]:
-    from warehouse_sim.scene.lighting.presets import PRESETS
-
-    return {name: f"{item.lux.low:g}-{item.lux.high:g} lx on the floor" for name, item in PRESETS.items()}
-
-
-def _viewpoints() -> Mapping[str, str]:
-    from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
-
-    return {name: f"camera {item.height.low:g}-{item.height.high:g} m high" for name, item in MOUNTINGS.items()} | {
-        "free": "anywhere on a shell around the target"
-    }
-
-
-def _materials() -> Mapping[str, str]:
-    from warehouse_sim.catalog.materials import materials
-
-    return dict.fromkeys(sorted(materials()), "")
-
-
-def _objects() -> Mapping[str, str]:
-    from warehouse_sim.catalog import CATALOG
-
-    return dict.fromkeys(CATALOG.names(), "")
-
-
-def _estimators() -> Mapping[str, str]:
-    from warehouse_sim.estimators.registries import ESTIMATORS, describe_model
-    from warehouse_sim.resources import model_dir, model_names
-
-    bundled = model_names()
-    return {
-        name: f"bundled: {describe_model(model_dir(name))}" if name in bundled else "" for name in ESTIMATORS.names()
-    }
-
-
-def _detectors() -> Mapping[str, str]:
-    from warehouse_sim.estimators.registries import DETECTORS
-
-    return {"gt": "ground-truth masks", "gt-boxes": "ground-truth boxes"} | dict.fromkeys(DETECTORS.names(), "")
-
-
-def _segmenters() -> Mapping[str, str]:
-    from warehouse_sim.estimators.registries import SEGMENTERS
-
-    return dict.fromkeys(SEGMENTERS.names(), "")
-
-
-def _formats() -> Mapping[str, str]:
-    from warehouse_sim.dataset.formats import FORMATS
-
-    return dict.fromkeys(FORMATS.names(), "")
-
-
-def _backends() -> Mapping[str, str]:
-    from warehouse_sim.render import BACKENDS
-
-    return dict.fromkeys(BACKENDS.names(), "")
-
-
-def _suites() -> Mapping[str, str]:
-    from warehouse_sim.resources import data_folder, suite_names
-
-    return _described(suite_names(), lambda name: data_folder("benchmarks") / "suites" / f"{name}.yaml", "question")

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import tyro
 
+from warehouse_sim.cli.checks import require_free
 from warehouse_sim.cli.console import finish, fraction_progress
-from warehouse_sim.cli.replacing import require_free
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.optional import require_extra

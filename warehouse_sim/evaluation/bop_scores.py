@@ -7,18 +7,18 @@ third part of the challenges' AR, is measured on request: it takes longest, and 
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.files.plain import NUMBERS, take_if_given
+from warehouse_sim.dataset.files.record import Record
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.errors.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors
+from warehouse_sim.evaluation.stated import STATED, Number
 from warehouse_sim.geometry.pose import Transforms
 from warehouse_sim.geometry.precision_recall import Matches, average_precision
 from warehouse_sim.schema import PoseEstimate
@@ -29,39 +29,23 @@ _MOST_IN_IMAGE = 100
 
 
 @dataclass(frozen=True)
-class BopScores:
+class BopScores(Record):
     """All 0-1; nan where nothing was to be found."""
 
-    ar_mssd: float
+    ar_mssd: Number = field(metadata=STATED)
     """Average recall by MSSD."""
-    ar_mspd: float
+    ar_mspd: Number = field(metadata=STATED)
     """Average recall by MSPD."""
-    ap_mssd: float
+    ap_mssd: Number = field(metadata=STATED)
     """Mean average precision by MSSD; alone it is the score of BOP 2025."""
-    ap_mspd: float
+    ap_mspd: Number = field(metadata=STATED)
     """Mean average precision by MSPD."""
-    ap: float
+    ap: Number = field(metadata=STATED)
     """The mean of these two: the score of BOP 2024's detection tasks."""
-    ar_vsd: float | None = None
+    ar_vsd: Number | None = field(default=None, metadata=STATED | {"omitted": True})
     """Average recall by VSD, over ten tolerances and ten thresholds; None where it was not requested."""
-    ar: float | None = None
+    ar: Number | None = field(default=None, metadata=STATED | {"omitted": True})
     """The mean of the three recalls: the score of BOP 2019 to 2023."""
-
-    def to_plain(self) -> dict[str, float | None]:
-        """Return JSON data; nan becomes null."""
-        known = {name: value for name, value in asdict(self).items() if value is not None}
-        return {name: round(value, 6) if np.isfinite(value) else None for name, value in known.items()}
-
-    @classmethod
-    def from_plain(cls, data: Any, where: str) -> "BopScores":
-        """Read what ``to_plain`` wrote.
-
-        Raises:
-            DatasetError: An entry is malformed.
-        """
-        known = [item.name for item in fields(cls) if item.name in data or item.default is not None]
-        found = {name: take_if_given(data, name, float, where, NUMBERS) for name in known}
-        return cls(**{name: float("nan") if value is None else value for name, value in found.items()})
 
 
 def bop_scores(

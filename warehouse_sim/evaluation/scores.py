@@ -1,12 +1,12 @@
 """What an estimator is worth on one split of one dataset, and the folder that keeps it."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.files.plain import NUMBERS, Span, take, take_if_given
+from warehouse_sim.dataset.files.record import Record
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import DatasetError, EvaluationError, UnknownNameError
 from warehouse_sim.evaluation.bop_scores import BopScores
@@ -24,6 +24,7 @@ from warehouse_sim.evaluation.summary import (
 )
 from warehouse_sim.evaluation.trust import Trust
 from warehouse_sim.output import make_folder
+from warehouse_sim.ranges import Range
 from warehouse_sim.schema import PoseEstimate
 
 SCORES_FILE, ERRORS_FILE, PREDICTIONS_FILE = "scores.json", "errors.csv", "predictions.csv"
@@ -50,12 +51,12 @@ SETTINGS: dict[str, Any] = {
 """What decides a score besides predictions and data, as scores.json states it."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Scores:
-    """The numbers, the groups behind them, and the rows behind those.
+Count = Annotated[int, Range(0, 2**63 - 1)]
 
-    It reads like the mapping in scores.json, too: ``scores["overall"]["metrics"]["add_10pct"]``.
-    """
+
+@dataclass(frozen=True, eq=False)
+class ScoresFile(Record):
+    """What scores.json holds."""
 
     method: str
     """Name of the method, from the name of its predictions file."""
@@ -63,27 +64,36 @@ class Scores:
     """Recipe, seed, scenes, split and hash of the manifest; ``WITHOUT_CAD`` and ``WITHOUT_ACCESSIBILITY`` if true."""
     settings: dict[str, Any]
     """``SETTINGS``."""
-    counts: dict[str, int]
+    counts: dict[str, Count]
     """Scenes, images, ground truths that count and that do not, predictions, found, rejected."""
     overall: Summary
     """All ground truths."""
     groups: dict[str, tuple[Summary, ...]]
     """The same metrics by class, object, distance, visible fraction and light."""
-    docking_failures: dict[str, int]
+    docking_failures: dict[str, Count]
     """Of the ground truths that cannot be docked with no margin: how many by the error to blame."""
-    docking_left_out: dict[str, int]
+    docking_left_out: dict[str, Count]
     """Ground truths with pockets for which docking is not evaluated, by reason; "no clearance for 20 mm" is of that
     margin."""
     trust: Trust
     """What scores, bounds and rejections are worth."""
-    seconds_per_image: float | None
+    seconds_per_image: Annotated[float, Range(-1e15, 1e15, "s")] | None
     """Mean time of the estimator, where the predictions hold it."""
+    bop: BopScores | None = field(default=None, metadata={"omitted": True})
+    """The scores of the BOP challenges, where they were requested."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Scores(ScoresFile):
+    """The numbers, the groups behind them, and the rows behind those.
+
+    It reads like the mapping in scores.json, too: ``scores["overall"]["metrics"]["add_10pct"]``.
+    """
+
     table: ErrorTable
     """One row a ground truth; errors.csv beside scores.json."""
     estimates: tuple[PoseEstimate, ...]
     """What was scored; predictions.csv beside scores.json."""
-    bop: BopScores | None = None
-    """The scores of the BOP challenges, where they were requested."""
 
     def __repr__(self) -> str:
         return "\n".join(self.summary())
@@ -106,20 +116,8 @@ class Scores:
 
     def to_plain(self) -> dict[str, Any]:
         """Return the content of scores.json."""
-        return {
-            "format": SCORES_FORMAT,
-            "method": self.method,
-            "dataset": self.dataset,
-            "settings": self.settings,
-            "counts": self.counts,
-            "overall": self.overall.to_plain(),
-            "groups": {name: [item.to_plain() for item in group] for name, group in self.groups.items()},
-            "docking_failures": self.docking_failures,
-            "docking_left_out": self.docking_left_out,
-            "trust": self.trust.to_plain(),
-            "seconds_per_image": self.seconds_per_image,
-            **({} if self.bop is None else {"bop": self.bop.to_plain()}),
-        }
+        stated = ScoresFile(**{item.name: getattr(self, item.name) for item in fields(ScoresFile)})
+        return {"format": SCORES_FORMAT, **stated.row()}
 
     def summary(self) -> list[str]:
         """Return the lines that a person wants to read first."""
@@ -205,31 +203,9 @@ def read_scores(folder: str | Path) -> Scores:
             f"{path}: is a score of format {found}, not {SCORES_FORMAT}, and its numbers would mean something else; "
             f"run warehouse-sim evaluate again on the {PREDICTIONS_FILE} beside it"
         )
-    where = str(path)
     try:
-        groups = take(data, "groups", dict, where)
-        return Scores(
-            method=take(data, "method", str, where),
-            dataset=take(data, "dataset", dict, where),
-            settings=take(data, "settings", dict, where),
-            counts=_counts(data, "counts", where),
-            overall=Summary.from_plain(take(data, "overall", dict, where), f"{where}: overall"),
-            groups={
-                name: tuple(Summary.from_plain(item, f"{where}: {name}") for item in take(groups, name, list, where))
-                for name in groups
-            },
-            docking_failures=_counts(data, "docking_failures", where),
-            docking_left_out=_counts(data, "docking_left_out", where),
-            trust=Trust.from_plain(take(data, "trust", dict, where), f"{where}: trust"),
-            seconds_per_image=take_if_given(data, "seconds_per_image", float, where, NUMBERS),
-            table=read_table(folder / ERRORS_FILE),
-            estimates=tuple(predictions.read(folder / PREDICTIONS_FILE)),
-            bop=BopScores.from_plain(data["bop"], f"{where}: bop") if "bop" in data else None,
-        )
+        stated = ScoresFile.read({key: value for key, value in data.items() if key != "format"}, str(path))
+        estimates = tuple(predictions.read(folder / PREDICTIONS_FILE))
     except DatasetError as problem:
         raise EvaluationError(f"{problem}; run warehouse-sim evaluate again") from problem
-
-
-def _counts(data: Any, key: str, where: str) -> dict[str, int]:
-    names = take(data, key, dict, where)
-    return {name: take(names, name, int, f"{where}: {key}", Span(0, 2**63 - 1)) for name in names}
+    return Scores(**vars(stated), table=read_table(folder / ERRORS_FILE), estimates=estimates)

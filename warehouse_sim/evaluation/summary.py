@@ -1,18 +1,18 @@
 """All metrics of one group of ground truths, and the groups that a score is split into."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.record import Record, Whole
 from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_intervals
 from warehouse_sim.evaluation.metrics import DOCKING_MARGIN_MM, median_values, pass_values, posecnn_auc
+from warehouse_sim.evaluation.stated import STATED, Number
 
 DISTANCE_EDGES = (0.0, 2.0, 4.0, 6.0, 8.0, 12.0)
 """Lower edges (m) of the distance bins; the last bin has no end."""
@@ -25,54 +25,21 @@ RESAMPLES, RESAMPLING_SEED = 1000, 0
 
 
 @dataclass(frozen=True, eq=False)
-class Summary:
+class Summary(Record):
     """The metrics of one group."""
 
     label: str
     """What the group is: "all", a class, or a range."""
-    gt_count: int
+    gt_count: Whole
     """Ground truths that count, found or not: the denominator of every share."""
-    found_count: int
+    found_count: Whole
     """Ground truths with an estimate."""
-    dockable_count: int
+    dockable_count: Whole
     """Ground truths that docking is evaluated of: a truck can take them, as far as the dataset says, and alone."""
-    metrics: dict[str, float]
+    metrics: dict[str, Number] = field(metadata=STATED)
     """By name; inf is a median among misses, nan is a metric that applies to nothing in the group."""
-    intervals: dict[str, tuple[float, float]]
+    intervals: dict[str, tuple[Number, Number]] = field(metadata=STATED)
     """95 % intervals of the fraction-like metrics."""
-
-    def to_plain(self) -> dict[str, Any]:
-        """Return JSON data; what is not a finite number becomes null."""
-        return {
-            "label": self.label,
-            "gt_count": self.gt_count,
-            "found_count": self.found_count,
-            "dockable_count": self.dockable_count,
-            "metrics": {name: _plain(value) for name, value in self.metrics.items()},
-            "intervals": {name: [_plain(low), _plain(high)] for name, (low, high) in self.intervals.items()},
-        }
-
-    @classmethod
-    def from_plain(cls, data: Any, where: str) -> "Summary":
-        """Read what ``to_plain`` wrote; null becomes nan.
-
-        Raises:
-            DatasetError: An entry is missing or malformed.
-        """
-        metrics, intervals = (take(data, key, dict, where) for key in ("metrics", "intervals"))
-        values = {name: take_if_given(metrics, name, float, where, NUMBERS) for name in metrics}
-        pairs = {name: take_numbers(intervals, name, 2, where).tolist() for name in intervals}
-        gt, found, dockable = (
-            take(data, key, int, where, WHOLE) for key in ("gt_count", "found_count", "dockable_count")
-        )
-        return cls(
-            take(data, "label", str, where),
-            gt,
-            found,
-            dockable,
-            {name: np.nan if value is None else value for name, value in values.items()},
-            {name: (low, high) for name, (low, high) in pairs.items()},
-        )
 
 
 def summarise(label: str, table: ErrorTable) -> Summary:
@@ -147,8 +114,3 @@ def _bins(
         label = f"over {low:g}{unit}" if np.isinf(high) else f"{low:g}-{high:g}{unit}"
         bins.append((label, (values >= low) & ((values <= high) if last else (values < high))))
     return bins
-
-
-def _plain(value: float) -> float | None:
-    # Six decimals: below what any of these numbers means, above what summation order changes.
-    return round(float(value), 6) if np.isfinite(value) else None

@@ -1,15 +1,15 @@
 """What an estimator's uncertainty is worth: ranking, risk by coverage, and how often its bound holds."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.stats import rankdata
 
-from warehouse_sim.dataset.files.plain import NUMBERS, WHOLE, take, take_if_given, take_numbers
+from warehouse_sim.dataset.files.record import Record, Whole
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval
+from warehouse_sim.evaluation.stated import STATED, Number
 from warehouse_sim.evaluation.summary import RESAMPLES, RESAMPLING_SEED, split_groups
 
 _DIAMETERS = 0.05
@@ -108,85 +108,41 @@ _LEAST = 10
 
 
 @dataclass(frozen=True, eq=False)
-class BoundCoverage:
+class BoundCoverage(Record):
     """How often a bound held that should hold in nine cases of ten."""
 
     label: str
     """Which estimates: "all", or a range of distances."""
-    count: int
+    count: Whole
     """Estimates that state a bound."""
-    fraction: float
+    fraction: Number = field(metadata=STATED)
     """Of them, those whose surface lies closer to its true place (RMS)."""
-    interval: tuple[float, float]
+    interval: tuple[Number, Number] = field(metadata=STATED)
     """95 % interval over scenes."""
-    median_bound: float
+    median_bound: Number = field(metadata=STATED)
     """Median of the bounds (m): a bound that always holds is worth little if it is wide."""
 
 
 @dataclass(frozen=True, eq=False)
-class Trust:
+class Trust(Record):
     """Over the estimates of ground truths that count; a right one docks, or has ADD under 5 % of the diameter."""
 
-    estimates: int
+    estimates: Whole
     """How many there are; ground truths without one are no part of this."""
-    failures: int
+    failures: Whole
     """How many of them are wrong."""
-    auroc: float
+    auroc: Number = field(metadata=STATED)
     """Probability that a right one is scored above a wrong one; nan without one of each."""
-    auroc_interval: tuple[float, float]
+    auroc_interval: tuple[Number, Number] = field(metadata=STATED)
     """95 %, bootstrap over scenes."""
-    aurc: float
+    aurc: Number = field(metadata=STATED)
     """Area under the risk-coverage curve; nan without estimates."""
-    aurc_least: float
+    aurc_least: Number = field(metadata=STATED)
     """The same area with a perfect ranking."""
-    risk_at: tuple[tuple[float, float], ...]
+    risk_at: tuple[tuple[Number, Number], ...] = field(metadata=STATED)
     """(coverage, fraction of failures among the best scored), coverage in steps of 5 %."""
     bound: tuple[BoundCoverage, ...]
     """Of all and by distance; empty where no bound is stated."""
-
-    def to_plain(self) -> dict[str, Any]:
-        """Return JSON data; what is not a number becomes null."""
-        return {
-            "estimates": self.estimates,
-            "failures": self.failures,
-            "auroc": _plain(self.auroc),
-            "auroc_interval": [_plain(value) for value in self.auroc_interval],
-            "aurc": _plain(self.aurc),
-            "aurc_least": _plain(self.aurc_least),
-            "risk_at": [[_plain(value) for value in pair] for pair in self.risk_at],
-            "bound": [
-                {
-                    "label": row.label,
-                    "count": row.count,
-                    "fraction": _plain(row.fraction),
-                    "interval": [_plain(value) for value in row.interval],
-                    "median_bound": _plain(row.median_bound),
-                }
-                for row in self.bound
-            ],
-        }
-
-    @classmethod
-    def from_plain(cls, data: Any, where: str) -> "Trust":
-        """Read what ``to_plain`` wrote; null becomes nan.
-
-        Raises:
-            DatasetError: An entry is missing or malformed.
-        """
-        values = {key: take_if_given(data, key, float, where, NUMBERS) for key in ("auroc", "aurc", "aurc_least")}
-        known = {key: float("nan") if value is None else value for key, value in values.items()}
-        interval = take(data, "auroc_interval", list, where)
-        low, high = (float("nan") if value is None else float(value) for value in interval)
-        return cls(
-            take(data, "estimates", int, where, WHOLE),
-            take(data, "failures", int, where, WHOLE),
-            known["auroc"],
-            (low, high),
-            known["aurc"],
-            known["aurc_least"],
-            tuple((float(fraction), float(risk)) for fraction, risk in take(data, "risk_at", list, where)),
-            tuple(_bound_from_plain(item, where) for item in take(data, "bound", list, where)),
-        )
 
 
 def trust_of(table: ErrorTable) -> Trust:
@@ -224,15 +180,3 @@ def bound_coverage(found: ErrorTable) -> tuple[BoundCoverage, ...]:
             width = float(np.median(part.error_bound))
             rows.append(BoundCoverage(label, len(part), float(holds.mean()), interval, width))
     return tuple(rows)
-
-
-def _bound_from_plain(data: Any, where: str) -> BoundCoverage:
-    low, high = take_numbers(data, "interval", 2, where).tolist()
-    fraction, width = (take(data, key, float, where, NUMBERS) for key in ("fraction", "median_bound"))
-    return BoundCoverage(
-        take(data, "label", str, where), take(data, "count", int, where, WHOLE), fraction, (low, high), width
-    )
-
-
-def _plain(value: float) -> float | None:
-    return round(float(value), 6) if np.isfinite(value) else None

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from warehouse_sim.benchmark.result import SuiteResult
 from warehouse_sim.benchmark.rows.row import Row, Table
+from warehouse_sim.evaluation.report.numbers import percent
 
 TITLES: dict[Table, str] = {
     "scores": "Scores",
@@ -104,14 +105,8 @@ def cell_text(row: Row | None, first: Row) -> str:
         return "-"
     low, high = row.interval
     if row.table != "effects":
-        text = f"{fraction_text(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
+        text = f"{percent(row.value)} [{100 * low:.0f}, {100 * high:.0f}]"
     else:
         text = f"{100 * row.value:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
         text = f"**{text}**" if low > 0.0 or high < 0.0 else text
     return text if row.n == first.n else f"{text} of {row.n}"
-
-
-def fraction_text(value: float) -> str:
-    """Return a fraction in per cent; 100.0 is kept for what is really all."""
-    text = f"{100 * value:.1f}"
-    return "99.9" if text == "100.0" and value < 1.0 else text

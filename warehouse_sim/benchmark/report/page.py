@@ -8,12 +8,13 @@ from typing import Any
 
 from warehouse_sim.benchmark.report.board import Board, Place, boards, first_boards, standings
 from warehouse_sim.benchmark.report.looks import Look, family_of, looks_of, metric_title
-from warehouse_sim.benchmark.report.markdown import HOW, TITLES, cell_text, fraction_text, size_lines
+from warehouse_sim.benchmark.report.markdown import HOW, TITLES, cell_text, size_lines
 from warehouse_sim.benchmark.report.panels import Panel, panels
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.errors import DatasetError, EvaluationError
+from warehouse_sim.evaluation.report.numbers import percent
 from warehouse_sim.evaluation.report.page import filled
 from warehouse_sim.output import make_folder, write_bytes
 
@@ -180,7 +181,7 @@ def shown_cell(row: Row) -> dict[str, Any]:
     """Return what a cell shows of a fraction: text, interval and the numbers of its bar."""
     low, high = row.interval
     return {
-        "text": fraction_text(row.value),
+        "text": percent(row.value),
         "interval": f"{100 * low:.0f}–{100 * high:.0f}",
         "value": 100.0 * row.value,
         "low": 100.0 * low,

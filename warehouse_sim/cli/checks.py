@@ -1,11 +1,22 @@
-"""Files of an earlier run are not replaced by others, unless on request."""
+"""What commands check before they work: how many processes, and that no file of an earlier run is lost."""
 
 import os
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from warehouse_sim.errors import OutputError
+from warehouse_sim.errors import InputError, OutputError
+
+
+def processes(workers: int | None) -> int:
+    """Return the number given by ``--workers``, or that of the processors where there is none.
+
+    Raises:
+        InputError: It is below 1.
+    """
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers must be at least 1, found {workers}; leave it out for one per processor")
+    return workers or os.cpu_count() or 1
 
 
 def require_free(path: Path, overwrite: bool) -> None:
