@@ -14,7 +14,7 @@ from warehouse_sim.dataset.formats import observation_files
 from warehouse_sim.dataset.formats.kitti import writer as kitti
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.generation import generate as generator
-from warehouse_sim.generation import moment, observe
+from warehouse_sim.generation import observe
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -30,7 +30,7 @@ WRITE = "masks, tables, points"
 """What the writers do beside encoding images and putting files on the disk."""
 _FUNCTIONS: list[tuple[Any, str, str]] = [
     (generator, "prepare_scene", SCENE),
-    (moment, "RayCaster", "LiDAR"),
+    (observe, "RayCaster", "LiDAR"),
     (lidar, "scan", "LiDAR"),
     (rgbd, "read_rgbd", "sensor noise"),
     (observe, "targets_in_view", "labels"),

@@ -7,8 +7,7 @@ import pytest
 from warehouse_sim.dataset.card.of_dataset import write_recipe
 from warehouse_sim.dataset.card.text import OWNERS
 from warehouse_sim.generation.difficulty import with_difficulty
-from warehouse_sim.generation.licences import recipe_licences, texture_licence
-from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, recipe_licences, texture_licence
 from warehouse_sim.generation.recipe import load_recipe
 
 

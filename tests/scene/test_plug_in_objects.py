@@ -9,7 +9,7 @@ from tests.scene.stranger import install, output_of
 RESAMPLES = """
 import hashlib
 import numpy as np
-from warehouse_sim.generation.occlusion.drawing import OccluderSampler
+from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 

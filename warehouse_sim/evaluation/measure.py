@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
-from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face, docking_errors, docking_faces
-from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
 from warehouse_sim.evaluation.docking.standing import ObjectStanding, Standings, face_columns
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_columns

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.record import Record, Whole
-from warehouse_sim.evaluation.docking.failure import FAILURE_AXES
+from warehouse_sim.evaluation.docking.insertion import FAILURE_AXES
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_intervals
 from warehouse_sim.evaluation.metrics import DOCKING_MARGIN_MM, median_values, pass_values, posecnn_auc

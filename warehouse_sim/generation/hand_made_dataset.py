@@ -22,7 +22,7 @@ from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.hand_made import Take, labelled_models
-from warehouse_sim.generation.licences import texture_licence
+from warehouse_sim.generation.plan import texture_licence
 from warehouse_sim.output import writing
 from warehouse_sim.schema import SceneChange
 

@@ -1,24 +1,28 @@
 """What a dataset will be before any of it is made: its manifest with splits, and the geometries labels can name."""
 
 import json
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads import OPEN_CARTONS
+from warehouse_sim.catalog.mesh_files import SUFFIXES
 from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.card.text import data_licences
+from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.formats import dataset_format
 from warehouse_sim.dataset.manifest import Manifest, PairedVariant, package_versions
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.level_views import planned_contents
-from warehouse_sim.generation.licences import recipe_licences
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.stratify import measured_features
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, Seed, ranged
+from warehouse_sim.resources import data_folder
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
 from warehouse_sim.schema import ObjectModel
 
@@ -127,3 +131,37 @@ def target_models(recipe: Recipe) -> list[ObjectModel]:
     models = [*all_pallets(loads), *bulk, *(catalog_object(name) for name in (*others, *at_work))]
     targets = {model.obj_id: model for model in reversed(models) if model.class_name in recipe.scene.targets}
     return [targets[obj_id] for obj_id in sorted(targets)]
+
+
+_BROUGHT = (".yaml", ".yml", ".ies", *SUFFIXES)
+"""Endings by which a setting names a file instead of something that is shipped."""
+
+
+def recipe_licences(recipe: dict[str, Any], plugins: Iterable[str]) -> dict[str, str]:
+    """Return what is licensed how in a dataset of a resolved recipe.
+
+    Args:
+        recipe: As plain data.
+        plugins: Third-party packages that take part.
+    """
+    named = [file for text in _texts(recipe) if (file := text.partition("#")[0]).lower().endswith(_BROUGHT)]
+    return data_licences(texture_licence(), named, plugins)
+
+
+def texture_licence() -> str:
+    """Return the licence of the shipped textures, all of them where they differ (SPDX)."""
+    files = read_json(data_folder("assets") / "manifest.json")["files"]
+    return " AND ".join(sorted({entry["licence"] for entry in files}))
+
+
+def _texts(data: Any) -> Iterator[str]:
+    """Yield all texts of plain data; keys, too, since mixtures name objects as keys of their fractions."""
+    if isinstance(data, dict):
+        for key, value in data.items():
+            yield from _texts(key)
+            yield from _texts(value)
+    elif isinstance(data, list):
+        for value in data:
+            yield from _texts(value)
+    elif isinstance(data, str):
+        yield data

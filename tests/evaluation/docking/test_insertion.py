@@ -9,9 +9,8 @@ from scipy.optimize import linprog
 from tests.evaluation.pallet import SIZE, nudge, pockets, random_motion
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import PALLETS
-from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors, docking_faces
-from warehouse_sim.evaluation.docking.insertion import docking_slack, insertion_depth
+from warehouse_sim.evaluation.docking.insertion import docking_slack, failure_axes, insertion_depth
 
 TINE = (0.100, 0.040)
 HEEL, TIP = -0.05, 1.10

@@ -3,9 +3,8 @@ import pytest
 
 from tests.evaluation.pallet import SIZE, nudge, pockets, random_motion
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import REACH, docking_errors, docking_faces
-from warehouse_sim.evaluation.docking.insertion import docking_slack
+from warehouse_sim.evaluation.docking.insertion import docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import FARTHEST, clearance_to_triangles, lane_triangles, mesh_slack
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import invert, transform_points

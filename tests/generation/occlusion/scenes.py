@@ -3,6 +3,7 @@
 import numpy as np
 
 from warehouse_sim.catalog import materials
+from warehouse_sim.generation.occlusion.config import FractionRange, VisibleFractions
 from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight
@@ -50,3 +51,7 @@ def sight_of(occluded: OccludedScene, rays: int = 2000) -> Sight:
 
 def box_of(occluder: Occluder, T_world_occluder: Transform) -> OrientedBox:
     return OrientedBox(T_world_occluder @ occluder.envelope.T_parent_box, occluder.envelope.size)
+
+
+DECILES = VisibleFractions(tuple(FractionRange(step / 10, (step + 1) / 10) for step in range(1, 10)))
+"""Ranges of width 0.1 from 0.1 to 1."""

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from tests.generation.occlusion.scenes import DECILES
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
+from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig
 
 ONE = {"min": 0.3, "max": 0.6}
 LIST = [ONE, {"min": 0.1, "max": 1.0, "width": 0.1}]
@@ -21,7 +22,7 @@ def test_one_range_and_a_list_are_read_and_written_back() -> None:
 
 
 def test_requests_go_through_the_ranges_in_turn() -> None:
-    config, rng = OcclusionConfig(VisibleFractions.deciles()), np.random.default_rng(0)
+    config, rng = OcclusionConfig(DECILES), np.random.default_rng(0)
     requests = [config.request(number, rng) for number in range(18)]
     assert requests[:9] == requests[9:]
     np.testing.assert_allclose(requests[:9], [(low, low + 0.1) for low in np.arange(0.1, 0.95, 0.1)], atol=1e-9)

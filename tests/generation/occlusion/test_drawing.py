@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.scene.raster import Pile, may_carry
-from warehouse_sim.generation.occlusion.drawing import OccluderSampler
-from warehouse_sim.generation.occlusion.occluder import Occluder
+from warehouse_sim.generation.occlusion.occluder import Occluder, OccluderSampler
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.scene.unit_load import UnitLoadConfig

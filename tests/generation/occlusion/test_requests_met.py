@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.generation.occlusion.scenes import DECILES
 from warehouse_sim.annotate import annotate
-from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, VisibleFractions, request_views
+from warehouse_sim.generation.occlusion import OcclusionConfig, RequestOutcome, request_views
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import Renderer, open_renderer
@@ -35,7 +36,7 @@ def test_nearly_every_request_is_met_in_the_image(name: str) -> None:
     with open_renderer("raster") as renderer:
         for index in range(SCENES[name]):
             sampled = sample_settled_scene(recipe, 0, index)
-            config, caster = OcclusionConfig(VisibleFractions.deciles()), RayCaster(sampled.scene)
+            config, caster = OcclusionConfig(DECILES), RayCaster(sampled.scene)
             scene, report = request_views(
                 sampled.scene, sampled.settings, recipe.sensors.make_camera(), config, caster,
                 sampled.stream("occlusion"),

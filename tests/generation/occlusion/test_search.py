@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.generation.occlusion.scenes import VIEW, hall, occluded_scene_of
 from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionConfig, VisibleFractions
-from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
+from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.occlusion.search import Request, RequestedView, Search
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints import ViewpointsConfig

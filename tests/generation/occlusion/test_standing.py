@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tests.generation.occlusion.scenes import box_of, hall, occluded_scene_of, sight_of
-from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.occluded_scene import fraction_behind
+from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.occlusion.standing import find_standing_pose, needed_height, slide
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import (
     HEEL_GAP,
     MIN_INSERTION,
@@ -16,7 +15,7 @@ from warehouse_sim.evaluation.docking.fork import (
     DockingFace,
     docking_errors,
 )
-from warehouse_sim.evaluation.docking.insertion import docking_slack
+from warehouse_sim.evaluation.docking.insertion import docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
 from warehouse_sim.schema import FREE, UNDER_A_STACK

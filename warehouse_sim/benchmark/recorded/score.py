@@ -11,11 +11,10 @@ from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group, Oracle, S
 from warehouse_sim.benchmark.recorded.entries import BASELINE, GRAVITY, MASKS, entries
 from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in, read_faces
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import RESAMPLES
+from warehouse_sim.benchmark.rows.scores import mean_row
 from warehouse_sim.benchmark.scored import posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
-from warehouse_sim.evaluation.intervals import fraction_interval
 
 
 @dataclass(frozen=True)
@@ -93,14 +92,8 @@ def face_rows(group: Group, folder: Path) -> Iterator[Row]:
             if isinstance(member, Evaluated) and all(item is None for item in found):
                 raise InputError(f"{group.name} answers none of the faces: their pallets are in no catalog")
             values = np.array([item is not None and item.docked for item in found], dtype=float)
-            low, high = fraction_interval(values, sites, RESAMPLES, np.random.default_rng(0))
-            value = float(values.mean())
-            interval = round(min(low, value), 5), round(max(high, value), 5)
             condition = f"{folder.name}, masks: {masks}, gravity: {gravity}"
-            counted = len(values), int(sites.max()) + 1
-            yield Row(
-                "faces", group.name, condition, "all", "docked", round(value, 5), interval, *counted, group.trainings
-            )
+            yield mean_row(("faces", group.name, condition, "all", "docked"), values, sites, group.trainings)
 
 
 def _as_elsewhere(face: RecordedFace, faces: Sequence[RecordedFace]) -> Entry | None:

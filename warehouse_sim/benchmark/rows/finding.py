@@ -9,14 +9,21 @@ from jaxtyping import Float
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, weights_digest
 from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
 from warehouse_sim.benchmark.rows.row import Row, Table
-from warehouse_sim.benchmark.rows.scores import RESAMPLES
+from warehouse_sim.benchmark.rows.scores import mean_row
 from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
 from warehouse_sim.estimators.predict import detect
-from warehouse_sim.evaluation.detection.scores import Evaluated, Seen, precision_intervals, seen_by_class, wanted_in
-from warehouse_sim.evaluation.intervals import fraction_interval, wilson
-from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.evaluation.detection.scores import (
+    Evaluated,
+    Seen,
+    edges_of,
+    model_classes,
+    precision_intervals,
+    seen_by_class,
+    wanted_in,
+)
+from warehouse_sim.evaluation.intervals import wilson
 from warehouse_sim.geometry.overlap import box_ious
 from warehouse_sim.geometry.precision_recall import match, precision_recall
 from warehouse_sim.output import make_folder
@@ -140,11 +147,7 @@ def _confusion_rows(
         labels = {_NOTHING} if true == _FOUND else {label for label, _ in mine} | {_MISSED}
         for label in sorted(labels):
             values = np.array([one == label for one, _ in mine], dtype=float)
-            low, high = fraction_interval(values, scene_id, RESAMPLES, np.random.default_rng(0))
-            value = float(values.mean())
-            interval = round(min(low, value), 5), round(max(high, value), 5)
-            counted = len(values), len(set(scene_id.tolist()))
-            yield Row("confusion", name, condition, true, f"as {label}", round(value, 5), interval, *counted, trainings)
+            yield mean_row(("confusion", name, condition, true, f"as {label}"), values, scene_id, trainings)
 
 
 def _confusions(
@@ -158,13 +161,14 @@ def _confusions(
     ]
     mine.sort(key=lambda item: -item.score)
     targets = [item for item in image.targets if item.pixels_visible > 0]
-    boxes = np.array([_edges(item) for item in mine], dtype=float).reshape(-1, 4)
+    names = model_classes(reader)
+    boxes = np.array([edges_of(item) for item in mine], dtype=float).reshape(-1, 4)
     gt = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
     gt[:, 2:] += 1.0
     overlap, as_what = box_ious(boxes, gt), dict[int, str]()
     for row, item in enumerate(mine):
         free = [k for k in range(len(targets)) if k not in as_what and overlap[row, k] >= _LEAST_OVERLAP]
-        label = item.class_name or _class_of(item, reader)
+        label = item.class_name or names.get(item.model or 0, "unknown")
         if free:
             as_what[free[int(overlap[row, free].argmax())]] = label
         on_something = bool((overlap[row] >= _LEAST_OVERLAP).any())
@@ -172,15 +176,3 @@ def _confusions(
     for number, target in enumerate(targets):
         if evaluated.takes(target):
             yield reader.objects[target.obj_id].class_name, as_what.get(number, _MISSED), image.scene_id
-
-
-def _class_of(item: FoundObject, reader: DatasetReader) -> str:
-    names = {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
-    return names.get(item.model or 0, "unknown")
-
-
-def _edges(item: FoundObject) -> tuple[float, float, float, float]:
-    if item.edges is not None:
-        return item.edges
-    left, top, right, bottom = mask_box_xyxy(np.asarray(item.mask, dtype=bool)) or (0, 0, -1, -1)
-    return float(left), float(top), right + 1.0, bottom + 1.0

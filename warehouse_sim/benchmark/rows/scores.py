@@ -84,7 +84,7 @@ def fraction_row(
     if len(values) > 1:
         one, other = seed_interval([float(np.nanmean(part[applies])) for part in values])
         low, high = max(min(low, one), 0.0), min(max(high, other), 1.0)
-    return make_row(answer, table, label, metric, value, (min(low, value), max(high, value)), scenes)
+    return make_row(answer, table, label, metric, value, (low, high), scenes)
 
 
 def make_row(
@@ -98,10 +98,31 @@ def make_row(
     against: str = "",
 ) -> Row:
     """Return a row of what an entrant answered."""
-    ends = round(float(interval[0]), 5), round(float(interval[1]), 5)
-    counted = len(scene_id), len(set(scene_id.tolist()))
-    who = answer.group.name, answer.condition
-    return Row(table, *who, label, metric, round(value, 5), ends, *counted, answer.group.trainings, against)
+    place = table, answer.group.name, answer.condition, label, metric
+    return rounded_row(place, value, interval, scene_id, answer.group.trainings, against)
+
+
+Place = tuple[Table, str, str, str, str]
+"""Table, estimator, condition, group and metric of a row."""
+
+
+def mean_row(place: Place, values: Float[np.ndarray, " n"], scene_id: np.ndarray, trainings: int) -> Row:
+    """Return the mean of numbers in 0-1 as a row, with its 95 % interval over scenes."""
+    interval = fraction_interval(values, scene_id, RESAMPLES, np.random.default_rng(0))
+    return rounded_row(place, float(values.mean()), interval, scene_id, trainings)
+
+
+def rounded_row(
+    place: Place,
+    value: float,
+    interval: tuple[float, float],
+    scene_id: np.ndarray,
+    trainings: int,
+    against: str = "",
+) -> Row:
+    """Return a row whose interval holds its value, both with five digits."""
+    ends = round(float(min(interval[0], value)), 5), round(float(max(interval[1], value)), 5)
+    return Row(*place, round(value, 5), ends, len(scene_id), len(set(scene_id.tolist())), trainings, against)
 
 
 def curve_rows(answer: Answer, suite: Suite) -> Iterator[Row]:

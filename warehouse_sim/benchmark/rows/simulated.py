@@ -10,11 +10,10 @@ import numpy as np
 from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import RESAMPLES, make_row
+from warehouse_sim.benchmark.rows.scores import Place, mean_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
 from warehouse_sim.dataset.results import predictions
-from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.output import make_folder
 from warehouse_sim.registry import Registry
 
@@ -90,10 +89,8 @@ def simulated_rows(answer: Answer, out: Path, most: int) -> Iterator[Row]:
             "swept_agrees": [item.docked == item.swept for item in verdicts],
         }
         for metric, column in values.items():
-            fraction = np.array(column, dtype=float)
-            low, high = fraction_interval(fraction, scenes, RESAMPLES, np.random.default_rng(0))
-            value = float(fraction.mean())
-            yield make_row(answer, "simulated", name, metric, value, (min(low, value), max(high, value)), scenes)
+            place: Place = "simulated", answer.group.name, answer.condition, name, metric
+            yield mean_row(place, np.array(column, dtype=float), scenes, answer.group.trainings)
 
 
 def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> Iterator[Row]:
@@ -123,8 +120,5 @@ def driven_rows(groups: Sequence[Group], config: ApproachConfig, out: Path) -> I
             scenes = np.array([item.scene_id for item in items])
             for metric in ("docked", "aborted"):
                 fraction = np.array([getattr(item, metric) for item in items], dtype=float)
-                low, high = fraction_interval(fraction, scenes, RESAMPLES, np.random.default_rng(0))
-                value = round(float(fraction.mean()), 5)
-                ends = round(min(float(low), value), 5), round(max(float(high), value), 5)
-                counted = len(items), len(set(scenes.tolist())), trainings.get(method, 0)
-                yield Row("driven", method, source, f"closed loop {loop}: {level}", metric, value, ends, *counted)
+                place: Place = "driven", method, source, f"closed loop {loop}: {level}", metric
+                yield mean_row(place, fraction, scenes, trainings.get(method, 0))

@@ -92,7 +92,7 @@ def seen_by_class(
     by_image: dict[tuple[int, int], list[FoundObject]] = {}
     for item in found:
         by_image.setdefault((item.scene_id, item.image_id), []).append(item)
-    of_model = {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
+    of_model = model_classes(reader)
     seen: dict[str, list[Seen]] = {}
     for image in images:
         mine = by_image.get((image.scene_id, image.image_id), [])
@@ -113,7 +113,7 @@ def _compare(
     wanted = np.array([evaluated.takes(item) for item in targets], dtype=bool)
     gt = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
     gt[:, 2:] += 1.0
-    boxes = np.array([_edges(item) for item in found], dtype=float).reshape(-1, 4)
+    boxes = np.array([edges_of(item) for item in found], dtype=float).reshape(-1, 4)
     overlap = np.where(wanted, box_ious(boxes, gt), box_coverage(boxes, gt))
     scores = np.array([item.score for item in found])
     if not found or any(item.mask is None for item in found):
@@ -168,7 +168,13 @@ def wanted_in(parts: Sequence[Seen]) -> int:
     return sum(int(item.wanted.sum()) for item in parts)
 
 
-def _edges(item: FoundObject) -> tuple[float, float, float, float]:
+def model_classes(reader: DatasetReader) -> dict[int | str, str]:
+    """Return the class of each object by its number and by its name."""
+    return {key: info.class_name for number, info in reader.objects.items() for key in (number, info.name)}
+
+
+def edges_of(item: FoundObject) -> tuple[float, float, float, float]:
+    """Return the box of a detection, or of its mask: left, top, right and bottom edge (px)."""
     if item.edges is not None:
         return item.edges
     assert item.mask is not None

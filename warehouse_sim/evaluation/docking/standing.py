@@ -11,9 +11,8 @@ from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.scene_record import RecordedObject, read_damaged_mesh, read_scene_record
-from warehouse_sim.evaluation.docking.failure import failure_axes
 from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors
-from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack
+from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
 from warehouse_sim.evaluation.pairing import Place
 from warehouse_sim.geometry.mesh import TriangleMesh

@@ -5,8 +5,6 @@ object: the identity for a perfect estimate. Lengths do not depend on the frame,
 digits that a camera frame ten metres away would lose.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
@@ -81,7 +79,12 @@ def mssd(T_object_estimated: Transforms, points: Float[np.ndarray, "m 3"]) -> Fl
         T_object_estimated: "*batch 4 4".
         points: Corners of the object's convex hull (or any surface points) in the object frame (m).
     """
-    return _over_points(T_object_estimated, points, lambda distance: distance.max(axis=-1))
+    flat = T_object_estimated.reshape(-1, 4, 4)
+    result = np.empty(len(flat))
+    for start in range(0, len(flat), _BLOCK):
+        moved = transform_points(flat[start : start + _BLOCK], points)
+        result[start : start + _BLOCK] = np.linalg.norm(moved - points, axis=-1).max(axis=-1)
+    return result.reshape(T_object_estimated.shape[:-2])
 
 
 def add_s(
@@ -161,19 +164,6 @@ def _terms(points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "10 m"]:
     """Return products of coordinates in the order of ``_weights``."""
     row, column = np.triu_indices(3)
     return np.concatenate([(points[:, row] * points[:, column]).T, points.T, np.ones((1, len(points)))])
-
-
-def _over_points(
-    T_object_estimated: Transforms,
-    points: Float[np.ndarray, "m 3"],
-    reduce: Callable[[Float[np.ndarray, "k m"]], Float[np.ndarray, " k"]],
-) -> Float[np.ndarray, "*batch"]:
-    flat = T_object_estimated.reshape(-1, 4, 4)
-    result = np.empty(len(flat))
-    for start in range(0, len(flat), _BLOCK):
-        moved = transform_points(flat[start : start + _BLOCK], points)
-        result[start : start + _BLOCK] = reduce(np.linalg.norm(moved - points, axis=-1))
-    return result.reshape(T_object_estimated.shape[:-2])
 
 
 _AT_ONCE = 50_000

@@ -1,7 +1,6 @@
 """What a recipe says of occlusion: how much of the target may be seen, and what may hide the rest."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -69,12 +68,6 @@ class VisibleFractions:
         """Return what ``from_plain`` reads back."""
         return [to_mapping(item) for item in self.ranges]
 
-    @classmethod
-    def deciles(cls, least: float = 0.1) -> "VisibleFractions":
-        """Return ranges of width 0.1 from ``least`` to 1."""
-        edges = np.round(np.arange(least, 1.0 + 1e-9, 0.1), 3)
-        return cls(tuple(FractionRange(float(a), float(b)) for a, b in pairwise(edges)))
-
 
 @dataclass(frozen=True)
 @ranged
@@ -87,8 +80,6 @@ class OcclusionConfig:
     """What may hide the target most; each request draws which it tries first."""
     tries: Annotated[int, Range(1, 1000)] = 60
     """Views and occluders that are tried for one request at most, 1-1,000; the nearest view found stays then."""
-    rays: Annotated[int, Range(100, 100_000)] = 600
-    """Rays through the target's box for one measurement while searching, 100-100,000; the last one takes more."""
     camera_clearance: Annotated[float, Range(0.3, 5, "m")] = 0.8
     """Least distance from a placed occluder to the camera of any view of the scene (m), 0.3-5."""
 

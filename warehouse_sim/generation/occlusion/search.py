@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warehouse_sim.generation.occlusion.config import Kind, OcclusionConfig
-from warehouse_sim.generation.occlusion.drawing import OccluderSampler
 from warehouse_sim.generation.occlusion.leaning import HEIGHT as LEANING_HEIGHT
 from warehouse_sim.generation.occlusion.leaning import find_leaning_pose, leaning_pallet
 from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene, Placed, behind, fraction_behind
-from warehouse_sim.generation.occlusion.occluder import Occluder
+from warehouse_sim.generation.occlusion.occluder import Occluder, OccluderSampler
 from warehouse_sim.generation.occlusion.sight import Sight
 from warehouse_sim.generation.occlusion.standing import find_standing_pose, needed_height, turn_to_truncate
 from warehouse_sim.geometry.pose import Transform
@@ -25,6 +24,8 @@ _TRIES = 6
 """Places drawn for a view of one target before the next."""
 _WITHIN_REACH = 1.2
 """Targets whose middle is below this height (m) are hidden by most occluders."""
+RAYS = 600
+"""Through the target's box for one measurement while searching."""
 _IN_A_ROW = 40
 """Targets without a view after which there are no more views."""
 
@@ -43,7 +44,7 @@ class View:
 
 
 def views_of(
-    occluded: OccludedScene, own: Viewpoint, config: ViewpointsConfig, rays: int, rng: np.random.Generator
+    occluded: OccludedScene, own: Viewpoint, config: ViewpointsConfig, rng: np.random.Generator
 ) -> Iterator[View | None]:
     """Yield views, None for each in vain: the scene's ``own`` view first, then others, target by target at random.
 
@@ -53,9 +54,9 @@ def views_of(
     shown = [item.instance_id for item in targets_in_frame(own.T_world_camera, space, config)]
     shown.sort(key=lambda number: number != own.target)
     while own.sequence is not None and shown:
-        yield from (_view(occluded, replace(own, target=number), rays) for number in shown)
+        yield from (_view(occluded, replace(own, target=number)) for number in shown)
     for number in shown[:1] if space.is_clear(own, config.clearance) else ():
-        yield _view(occluded, replace(own, target=number), rays)
+        yield _view(occluded, replace(own, target=number))
     low = [item for item in space.targets if item.T_world_object[2, 3] < _WITHIN_REACH]
     misses = 0
     while own.sequence is None and misses < _IN_A_ROW:
@@ -65,12 +66,12 @@ def views_of(
         viewpoint = next(candidate_viewpoints(target, space, config, rng, _TRIES), None)
         misses = 0 if viewpoint is not None else misses + 1
         if viewpoint is not None:
-            yield _view(occluded, replace(viewpoint, target=target.instance_id), rays)
+            yield _view(occluded, replace(viewpoint, target=target.instance_id))
 
 
-def _view(occluded: OccludedScene, viewpoint: Viewpoint, rays: int) -> View | None:
+def _view(occluded: OccludedScene, viewpoint: Viewpoint) -> View | None:
     assert viewpoint.target is not None
-    sight = occluded.look(viewpoint.target, viewpoint.T_world_camera, rays)
+    sight = occluded.look(viewpoint.target, viewpoint.T_world_camera, RAYS)
     return None if sight is None else View(viewpoint, sight)
 
 
@@ -183,7 +184,7 @@ class Search:
         kinds = [self.config.kinds[index] for index in self.rng.permutation(len(self.config.kinds))]
         # The border always works: unless it is sampled first, it is the last resort.
         kinds = [kinds[0], *sorted(kinds[1:], key=lambda kind: kind == "border")]
-        supply = views_of(self.occluded, self.own, self.views, self.config.rays, self.rng)
+        supply = views_of(self.occluded, self.own, self.views, self.rng)
         nearest: View | None = None
         while self.tries < self.config.tries:
             sampled = [view for _, view in zip(range(_ROUND), supply, strict=False)]
@@ -233,8 +234,9 @@ class Search:
         if view.viewpoint.sequence is not None:
             return None
         side = float(self.rng.choice([-1.0, 1.0]))
-        rays, target = self.config.rays, view.target
-        viewpoint = turn_to_truncate(self.occluded, view.viewpoint, target, wanted, self.request.tolerance, rays, side)
+        viewpoint = turn_to_truncate(
+            self.occluded, view.viewpoint, view.target, wanted, self.request.tolerance, RAYS, side
+        )
         if viewpoint is None or not self.occluded.space().admits_bodies(vehicle_boxes(viewpoint)):
             self.failures[NO_FIT] += 1
             return None

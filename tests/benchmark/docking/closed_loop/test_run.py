@@ -13,7 +13,7 @@ from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.record import Kept
-from warehouse_sim.generation.moment import Stage
+from warehouse_sim.generation.observe import Stage
 from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene

@@ -13,10 +13,9 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.generation.light import light_scene
-from warehouse_sim.generation.moment import Stage
+from warehouse_sim.generation.observe import Stage
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
-from warehouse_sim.generation.paired_variants import base_variant
-from warehouse_sim.generation.paired_variants.config import overlaid
+from warehouse_sim.generation.paired_variants import base_variant, overlaid
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
