@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import tyro
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.optional import require

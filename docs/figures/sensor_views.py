@@ -10,7 +10,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
-from warehouse_sim.scene.lighting import ev_of_exposure
+from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.capture import Capture, camera_motion
 from warehouse_sim.sensors.surfaces import see_surfaces

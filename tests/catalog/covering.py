@@ -1,11 +1,23 @@
-"""How well an object's collision boxes cover what is sampled of it."""
+"""Shipped objects by folder, the volume of a mesh, and how well collision boxes cover what is sampled of an object."""
 
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.geometry.mesh import sample_surface
+from warehouse_sim.catalog.shipped import SHIPPED
+from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.schema import ObjectModel
+
+
+def shipped(folder: str) -> tuple[str, ...]:
+    """Return the names of the package's objects that a folder of the catalog builds."""
+    return tuple(name for name, builder in SHIPPED.items() if f".{folder}." in builder)
+
+
+def volume(mesh: TriangleMesh) -> float:
+    """Return the volume (m^3) that a closed mesh encloses."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def bare_distances(model: ObjectModel) -> Float[np.ndarray, " n"]:

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import catalog_names, catalog_object, materials
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.textures import TEXTURES
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.mesh import unit_box

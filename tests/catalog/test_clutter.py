@@ -5,7 +5,7 @@ import pytest
 
 from tests.catalog.covering import bare_distances
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.clutter import CLUTTER
+from warehouse_sim.catalog.shipped import CLUTTER
 
 
 @pytest.mark.parametrize("name", CLUTTER)

@@ -8,8 +8,9 @@ import pytest
 import trimesh
 import yaml
 
-from warehouse_sim.catalog import materials
+from tests.catalog.covering import volume
 from warehouse_sim.catalog.custom import load_custom_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.physics import settle_scene
@@ -31,12 +32,6 @@ def write_object(folder: Path, **changes: object) -> Path:
     return folder / "crate.yaml"
 
 
-def volume(model) -> float:
-    mesh = model.mesh()
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
-
-
 def test_the_worked_example_is_an_object_with_origin_at_its_centre() -> None:
     model = load_custom_object(EXAMPLE)
     assert (model.name, model.class_name, model.obj_id, model.mass) == ("tool_trolley", "trolley", 1001, 38.0)
@@ -48,7 +43,7 @@ def test_the_worked_example_is_an_object_with_origin_at_its_centre() -> None:
     assert {part.material for part in model.parts} == {"truck_grey", "truck_red", "rubber"} <= set(materials())
     assert len(model.symmetry) == 1
     box_volume = sum(float(np.prod(box.size)) for box in model.collision)
-    assert volume(model) == pytest.approx(box_volume)  # all parts of the trolley are boxes that look outwards
+    assert volume(model.mesh()) == pytest.approx(box_volume)  # all parts of the trolley are boxes that look outwards
 
 
 def test_defaults_give_one_collision_box_about_the_centre(tmp_path: Path) -> None:
@@ -58,7 +53,7 @@ def test_defaults_give_one_collision_box_about_the_centre(tmp_path: Path) -> Non
     np.testing.assert_allclose(box.size, model.size)
     np.testing.assert_allclose(box.T_parent_box, np.eye(4))
     assert len(model.symmetry) == 4
-    assert volume(model) == pytest.approx(0.4 * 0.3 * 0.2)
+    assert volume(model.mesh()) == pytest.approx(0.4 * 0.3 * 0.2)
 
 
 def test_a_scene_takes_it_and_things_stand_on_its_upper_tray() -> None:
@@ -78,7 +73,7 @@ def test_a_scene_takes_it_and_things_stand_on_its_upper_tray() -> None:
 def test_the_axis_that_is_up_becomes_z(tmp_path: Path, up: str, size: tuple[float, ...]) -> None:
     model = load_custom_object(write_object(tmp_path, up=up, scale=0.5))
     np.testing.assert_allclose(model.size, np.array(size) / 2)
-    assert volume(model) == pytest.approx(0.4 * 0.3 * 0.2 / 8)
+    assert volume(model.mesh()) == pytest.approx(0.4 * 0.3 * 0.2 / 8)
 
 
 def test_turns_and_listed_boxes(tmp_path: Path) -> None:

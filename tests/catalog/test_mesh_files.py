@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.catalog.covering import volume
 from warehouse_sim.catalog.mesh_files import SUFFIXES, fans, read_parts
 from warehouse_sim.errors import ConfigError
 
@@ -20,11 +21,6 @@ def two_parts() -> trimesh.Scene:
     mirrored[:3, 3] = (0.5, 0.0, 1.0)
     scene.add_geometry(trimesh.creation.box(extents=EXTENTS), node_name="lid", geom_name="lid", transform=mirrored)
     return scene
-
-
-def volume(mesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def test_glb_has_y_up_named_nodes_and_no_part_inside_out(tmp_path: Path) -> None:

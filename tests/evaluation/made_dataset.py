@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 
 from tests.evaluation.pallet import nudge, seen_from
-from warehouse_sim.catalog import carton, epal1
-from warehouse_sim.catalog.loads import SKUS
+from warehouse_sim.catalog.loads.cartons import carton
+from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import pose_csv
@@ -29,7 +30,7 @@ from warehouse_sim.schema import (
 )
 
 CAMERA = PinholeCamera.from_focal(320, 120, 180.0)
-MODELS = (epal1(), carton(sorted(SKUS)[0]))
+MODELS = (pallet("epal1"), carton(sorted(SKUS)[0]))
 PLACES = ((2.5, -0.7, 0.1), (4.5, 0.6, -1.2), (7.0, -0.9, 0.4), (9.0, 1.0, 3.0), (3.2, 0.9, 1.6))
 """Distance ahead, offset to the left (m) and heading (rad) of what can stand in an image."""
 

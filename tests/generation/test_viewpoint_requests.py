@@ -18,7 +18,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import SceneSpec, Viewpoint
 

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.physics import contact_state
 from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.catalog.covering import bare_distances
-from warehouse_sim.catalog import materials
 from warehouse_sim.catalog.loads.totes import TOTES, tote
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.parts import box_part, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError, SettleError
 from warehouse_sim.geometry.mesh import unit_box

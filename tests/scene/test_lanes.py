@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 
 from tests.scene.raster import Pile, may_carry
-from warehouse_sim.catalog.loads.carriers import CARRIERS, WITHOUT_PALLET
 from warehouse_sim.catalog.loads.sacks import SACKS, shapes_of
+from warehouse_sim.catalog.shipped import CARRIERS
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.lanes import STACKING_LOAD, LanesConfig, fill_lanes
 from warehouse_sim.scene.layouts.block_storage import floor_lanes
+from warehouse_sim.scene.packing.carriers import WITHOUT_PALLET
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.schema import ObjectInstance, ObjectModel
 

@@ -7,12 +7,12 @@ import pytest
 from warehouse_sim.errors import PlacementError, RecipeError
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.lighting import LightingConfig, floor_points
-from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.photometry import floor_points, unshadowed_illuminance
 from warehouse_sim.scene.shelving import ShelvingConfig
 from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.unit_load import UnitLoadConfig
-from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import SceneSpec
 
 SMALL = SceneRecipe(layout=RackAisleConfig(bays=2, beam_levels=(1.45,)), observations_per_scene=3)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.scene.packing.pallets import least_distance
-from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.loads import DRUMS
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.drums import DRUMS
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox

@@ -2,14 +2,10 @@
 
 from functools import cache
 
-from warehouse_sim.catalog.building import floor_slab, highbay_luminaire, wall
-from warehouse_sim.catalog.loads import carton
 from warehouse_sim.catalog.materials import materials, materials_of
 from warehouse_sim.catalog.mesh_object import reject_other_file
 from warehouse_sim.catalog.own_files import is_file_name, object_of_files
-from warehouse_sim.catalog.pallets import epal1
 from warehouse_sim.catalog.plug_in import require_fitting
-from warehouse_sim.catalog.racks import rack_beam, rack_frame
 from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
@@ -59,18 +55,4 @@ def _registered(name: str) -> ObjectModel:
     return model
 
 
-__all__ = [
-    "CATALOG",
-    "carton",
-    "catalog_names",
-    "catalog_object",
-    "epal1",
-    "floor_slab",
-    "highbay_luminaire",
-    "materials",
-    "materials_of",
-    "rack_beam",
-    "rack_frame",
-    "shipped_classes",
-    "wall",
-]
+__all__ = ["CATALOG", "catalog_names", "catalog_object", "materials", "materials_of", "shipped_classes"]

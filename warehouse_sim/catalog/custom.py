@@ -9,14 +9,14 @@ import numpy as np
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import read_parts
-from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.catalog.parts import mesh_part, solid_box
 from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.config import load_yaml
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.schema import Material, ObjectModel, Part
+from warehouse_sim.schema import Material, ObjectModel
 
 _SMALLEST, _LARGEST = 0.005, 60.0
 """Limits of the longest edge (m), beyond which the unit is probably wrong."""
@@ -78,9 +78,7 @@ def object_of(config: CustomObjectConfig, path: Path, brought: Sequence[Material
         class_name=config.class_name,
         obj_id=config.obj_id,
         size=size,
-        parts=tuple(
-            Part(mesh, np.ones(3), np.eye(4), material) for mesh, material in zip(centred.values(), chosen, strict=True)
-        ),
+        parts=tuple(mesh_part(mesh, material) for mesh, material in zip(centred.values(), chosen, strict=True)),
         collision=_collision(config, centred, size, path),
         mass=config.mass,
         bears=config.bears,

@@ -88,7 +88,8 @@ class CustomObjectConfig:
     """Mass (kg), 0-20,000; 0 for what never moves."""
     bears: Annotated[float, Range(0, 100_000, "kg")] | None = None
     """What may stand on it where it is stacked as goods (kg), 0-100,000; by default what its class does in the catalog,
-    nothing for a class of your own."""
+    nothing for a class of your own.
+    """
     material: str | None = None
     """Catalog material of all parts that ``materials`` does not name."""
     materials: dict[str, str] = field(default_factory=dict)

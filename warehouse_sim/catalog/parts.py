@@ -9,10 +9,15 @@ from jaxtyping import Float
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.schema import Part
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 
 Triple = Sequence[float] | Float[np.ndarray, " 3"]
 """Three numbers: a place or edge lengths (m)."""
+
+
+Size = tuple[float, float, float]
+"""Edge lengths along x, y and z (m)."""
 
 
 def box_part(size: Triple, centre: Triple, material: str, rotation: Float[np.ndarray, "3 3"] | None = None) -> Part:
@@ -55,6 +60,16 @@ def solid_part(
     return Part(mesh, np.asarray(size, dtype=float), T_object_part, material)
 
 
+def mesh_part(
+    mesh: TriangleMesh,
+    material: str,
+    centre: Triple = (0.0, 0.0, 0.0),
+    rotation: Float[np.ndarray, "3 3"] | None = None,
+) -> Part:
+    """Return ``mesh`` as large as it is, turned and put at ``centre`` (m)."""
+    return solid_part(mesh, (1.0, 1.0, 1.0), centre, material, rotation)
+
+
 def fused(parts: Sequence[Part]) -> tuple[Part, ...]:
     """Return one part a material, in the order in which materials first occur.
 
@@ -64,4 +79,49 @@ def fused(parts: Sequence[Part]) -> tuple[Part, ...]:
     return tuple(
         Part(merge([part.placed() for part in parts if part.material == name]), np.ones(3), np.eye(4), name)
         for name in names
+    )
+
+
+def model_of(
+    name: str,
+    class_name: str,
+    obj_id: int,
+    size: Triple,
+    parts: Sequence[Part],
+    collision: Sequence[OrientedBox] | None = None,
+    *,
+    mass: float = 0.0,
+    turns: int = 1,
+    symmetry: SymmetryGroup | None = None,
+    luminous_face: LuminousFace | None = None,
+    bears: float | None = None,
+) -> ObjectModel:
+    """Return the model of an object that is centred on the origin.
+
+    Args:
+        name: Catalog name.
+        class_name: Detection class.
+        obj_id: Number of the geometry.
+        size: Outer edges (m).
+        parts: What is drawn.
+        collision: Boxes for physics; the box around all of it by default.
+        mass: Kilograms, 0 for what never moves.
+        turns: Number of equal turns about z that leave the look unchanged.
+        symmetry: What leaves the look unchanged where that is no turn about z.
+        luminous_face: Where light comes out of it.
+        bears: What may stand on it (kg); None leaves it to its class.
+    """
+    if symmetry is None:
+        symmetry = SymmetryGroup.turns("z", turns) if turns > 1 else SymmetryGroup.trivial()
+    return ObjectModel(
+        name=name,
+        class_name=class_name,
+        obj_id=obj_id,
+        size=np.array(size, dtype=float),
+        parts=tuple(parts),
+        collision=(solid_box(size),) if collision is None else tuple(collision),
+        mass=mass,
+        symmetry=symmetry,
+        luminous_face=luminous_face,
+        bears=bears,
     )

@@ -1,17 +1,155 @@
 """The package's own objects by name, each with its builder."""
 
-from warehouse_sim.catalog.building import BUILDING
-from warehouse_sim.catalog.clutter import CLUTTER
-from warehouse_sim.catalog.loads import LOADS
-from warehouse_sim.catalog.pallets import PALLETS
-from warehouse_sim.catalog.racks import RACKS
-from warehouse_sim.catalog.traffic import TRAFFIC
+from collections.abc import Iterable
 
+from warehouse_sim.catalog.building.conveyor import CONVEYORS
+from warehouse_sim.catalog.building.markings import LINES
+from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
+from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
+from warehouse_sim.catalog.loads.carriers.big_bag import BIG_BAGS
+from warehouse_sim.catalog.loads.carriers.gitterbox import GITTERBOXES
+from warehouse_sim.catalog.loads.carriers.ibc import IBCS
+from warehouse_sim.catalog.loads.carriers.octabin import OCTABINS
+from warehouse_sim.catalog.loads.carriers.roll_container import ROLL_CONTAINERS
+from warehouse_sim.catalog.loads.drums import DRUMS
+from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
+from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
+from warehouse_sim.catalog.loads.skus import ALL_SKUS
+from warehouse_sim.catalog.loads.totes import TOTES
+from warehouse_sim.catalog.loads.wrap import WRAPS
+from warehouse_sim.catalog.pallets import PALLETS
+from warehouse_sim.catalog.racks.beams import RACK_BEAMS, STEP_BEAMS
+from warehouse_sim.catalog.racks.cantilever import CANTILEVERS
+from warehouse_sim.catalog.racks.frame import FRAME_HEIGHTS
+from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
+from warehouse_sim.catalog.racks.shelves import BINS
+from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES
+from warehouse_sim.catalog.traffic.obstacles import WRAPS as HANGING_WRAPS
+from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.working import WORKING
+
+
+def _built(folder: str, names: dict[str, Iterable[str]]) -> dict[str, str]:
+    """Return name -> builder of a folder's objects, given by module and builder; a module's are called as theirs."""
+    return {
+        name: f"warehouse_sim.catalog.{folder}{target if ':' in target else f'{target}:{name}'}"
+        for target, group in names.items()
+        for name in group
+    }
+
+
+TRAFFIC = _built(
+    "traffic.",
+    {
+        "people:person": PEOPLE,
+        "people:worker": WORKERS_BY_NAME,
+        "trucks": ("pallet_jack", "forklift", "reach_truck"),
+        "obstacles": ("bollard", "floor_sign"),
+        "obstacles:cone": CONES,
+        "obstacles:traffic_cone": FINE_CONES,
+        "obstacles:hanging_wrap": HANGING_WRAPS,
+        "working:working_truck": WORKING,
+    },
+)
+"""Catalog name -> builder of who and what moves through the aisles or stands in the way."""
+WORKING_CLASSES = ("amr", "cart", "forklift", "pallet_jack", "person", "tugger")
+"""Classes of who and what is at work in the aisles; a recipe can have them labelled."""
+STANDING = {
+    "bollard": ("bollard",),
+    "cone": tuple(sorted(CONES)),
+    "forklift": ("forklift", "reach_truck"),
+    "pallet_jack": ("pallet_jack",),
+    "person": tuple(sorted(PEOPLE)),
+}
+"""Class -> the catalog names of it that are sampled, each as often, where a recipe requires the class."""
+FINE_STANDING = {
+    **STANDING,
+    "cone": tuple(sorted(FINE_CONES)),
+    "pallet_jack": ("hand_pallet_truck",),
+    "person": tuple(sorted(name for name, (_, pose) in WORKERS_BY_NAME.items() if pose not in (*ON_TRUCKS, "pushing"))),
+}
+"""The same of the finely divided ones; who pushes belongs to a truck."""
+
+CLUTTER = _built(
+    "clutter.",
+    {
+        "vessels": ("waste_bin", "bucket", "canister", "pallet_box"),
+        "tools": ("toolbox", "broom", "step_ladder", "hand_truck", "extension_reel"),
+        "packaging": (
+            "film_roll",
+            "film_rolls",
+            "strap_roll",
+            "flat_cartons",
+            "open_carton",
+            "wood_scraps",
+            "film_heap",
+        ),
+    },
+)
+"""Catalog name -> builder of small things that stand about."""
+CARRIERS = _built(
+    "loads.carriers.",
+    {
+        "gitterbox:gitterbox": GITTERBOXES,
+        "roll_container:roll_container": ROLL_CONTAINERS,
+        "octabin:octabin": OCTABINS,
+        "big_bag:big_bag": BIG_BAGS,
+        "ibc:ibc": IBCS,
+    },
+)
+"""Catalog name -> builder of carriers that are a unit load alone or with a pallet."""
+_LOADS = {
+    "cartons:carton": ALL_SKUS,
+    "open_cartons:open_carton_of": OPEN_CARTONS,
+    "totes:tote": TOTES,
+    "drums:drum": DRUMS,
+    "sacks:sack": (*SACKS, *SACK_SHAPES),
+    "board:slip_sheet": SLIP_SHEETS,
+    "board:corner_post": CORNER_POSTS,
+    "wrap:wrap": WRAPS,
+}
+_RACKS = {
+    "frame:rack_frame": FRAME_HEIGHTS,
+    "beams:rack_beam": RACK_BEAMS,
+    "beams:step_beam": STEP_BEAMS,
+    "accessories": (
+        *("mesh_deck", "pallet_support_bar", "upright_guard", "rack_end_guard", "beam_label", "frame_label"),
+        *("row_spacer", "load_notice"),
+    ),
+    "drive_in": ("drive_in_rail", "drive_in_tie"),
+    "cantilever": ("cantilever_brace",),
+    "cantilever:cantilever_column": CANTILEVERS,
+    "long_goods": LONG_GOODS,
+    "shelves": ("shelf_bay",),
+    "shelves:storage_bin": BINS,
+    "platform": ("platform_panel", "platform_column", "platform_railing"),
+}
+_BUILDING = {
+    "shell": ("floor_slab", "wall", "wall_clad", "wall_module", "wall_module_dock"),
+    "shell:jointed_slab": ("floor_slab_jointed", "floor_slab_epoxy"),
+    "structure": (
+        *("column_steel", "column_concrete", "column_guard", "ceiling", "roof_truss"),
+        *("highbay_luminaire", "luminaire_round", "luminaire_trunking"),
+    ),
+    "dock": ("dock_door_closed", "dock_door_open", "dock_leveller", "dock_bumper", "dock_seal", "trailer"),
+    "markings": (
+        *("corner_marking", "keep_clear_marking", "crossing_marking", "tyre_mark_straight", "tyre_mark_curve"),
+    ),
+    "markings:lane_line": LINES,
+    "safety": (
+        *("drive_in_door", "extinguisher", "fire_hose_cabinet", "fire_sign", "exit_sign", "mandatory_sign"),
+        *("rubbish_bin", "guard_rail"),
+    ),
+    "safety:aisle_sign": AISLE_SIGNS,
+    "safety:floor_label": FLOOR_LABELS,
+    "conveyor:conveyor": CONVEYORS,
+}
 SHIPPED = {
-    **dict.fromkeys(PALLETS, "warehouse_sim.catalog.pallets:pallet"),
-    **LOADS,
-    **RACKS,
-    **BUILDING,
+    **_built("", {"pallets:pallet": PALLETS}),
+    **_built("loads.", _LOADS),
+    **CARRIERS,
+    **_built("racks.", _RACKS),
+    **_built("building.", _BUILDING),
     **TRAFFIC,
     **CLUTTER,
 }

@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog import catalog_names, catalog_object, materials_of
+from warehouse_sim.catalog import catalog_names, catalog_object
+from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.viewing.overlay import Image

@@ -20,8 +20,9 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
 from warehouse_sim.scene.clearing import cleared
 from warehouse_sim.scene.hand_made import LIGHTS, VIEWPOINTS, Change, empty_scene, nudged
-from warehouse_sim.scene.lighting import LightingConfig
-from warehouse_sim.scene.viewpoints import ViewpointsConfig, views_of
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.viewpoints.choose import views_of
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec, Viewpoint
 from warehouse_sim.sensors.rig import RigConfig
 

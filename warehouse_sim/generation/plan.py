@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads import OPEN_CARTONS
+from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.mesh_files import SUFFIXES
-from warehouse_sim.catalog.traffic import TRAFFIC, WORKING_CLASSES
+from warehouse_sim.catalog.shipped import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card.text import data_licences
 from warehouse_sim.dataset.files.json_file import read_json

@@ -7,7 +7,7 @@ texture is left out.
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
-from warehouse_sim.catalog.pictures import draw_picture
+from warehouse_sim.catalog.pictures.draw import draw_picture
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.schema import Material
 

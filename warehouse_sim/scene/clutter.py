@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.clutter import CLUTTER
+from warehouse_sim.catalog.shipped import CLUTTER
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack

@@ -5,17 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object, materials_of, shipped_classes
+from warehouse_sim.catalog import catalog_object, shipped_classes
+from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, build_hall
 from warehouse_sim.scene.layouts.site import Site
-from warehouse_sim.scene.lighting import LightingConfig, light_without_shadows
+from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.luminaires import add_luminaires
+from warehouse_sim.scene.lighting.switching import light_without_shadows
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 LOOSE = frozenset(

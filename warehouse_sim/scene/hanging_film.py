@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.traffic import WRAPS
+from warehouse_sim.catalog.traffic.obstacles import WRAPS
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.draft import Area, SceneDraft
 

@@ -8,23 +8,33 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object, shipped_classes
 from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig
-from warehouse_sim.catalog.traffic import WORKING_CLASSES
+from warehouse_sim.catalog.shipped import WORKING_CLASSES
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.appearance import AppearanceConfig
+from warehouse_sim.scene.appearance.config import AppearanceConfig
 from warehouse_sim.scene.clutter import ClutterConfig
 from warehouse_sim.scene.lanes import LanesConfig
+from warehouse_sim.scene.layouts import (  # noqa: F401 - a recipe can name each kind of layout that is imported
+    block_storage,
+    cantilever,
+    conveyor_pickup,
+    dock_staging,
+    drive_in,
+    mezzanine,
+    mixed,
+    small_parts,
+)
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout
-from warehouse_sim.scene.lighting import LightingConfig
+from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.random_settings import RandomSetting, find_random_settings, with_values
 from warehouse_sim.scene.shelving import ShelvingConfig
 from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.traffic import TrafficConfig
 from warehouse_sim.scene.unit_load import UnitLoadConfig
-from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from warehouse_sim.catalog import materials_of
+from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.errors import PlacementError
-from warehouse_sim.scene.appearance import paint_scene
+from warehouse_sim.scene.appearance.painting import paint_scene
 from warehouse_sim.scene.backdrop import fill_backdrop
 from warehouse_sim.scene.bare_goods import stock_strips
 from warehouse_sim.scene.carton_details import batter_cartons, open_flaps, print_cartons
@@ -14,13 +14,14 @@ from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.lanes import fill_lanes
 from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
-from warehouse_sim.scene.lighting import add_luminaires, light_without_shadows
+from warehouse_sim.scene.lighting.luminaires import add_luminaires
+from warehouse_sim.scene.lighting.switching import light_without_shadows
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.shelving import fill_rack
 from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.scene.traffic import add_side_trucks, add_traffic, add_trucks
-from warehouse_sim.scene.viewpoints import choose_viewpoints
+from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
 from warehouse_sim.schema import SceneSpec
 
 

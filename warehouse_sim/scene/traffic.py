@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.traffic import FINE_STANDING, STANDING
+from warehouse_sim.catalog.shipped import FINE_STANDING, STANDING
 from warehouse_sim.errors import PlacementError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z

@@ -10,7 +10,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
-from warehouse_sim.scene.lighting import ev_of_exposure
+from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.capture import Motion, camera_motion
 from warehouse_sim.sensors.ego_motion import EgoMotion

@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import CONVEYORS
-from warehouse_sim.catalog.building.conveyor import conveyor
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.building.conveyor import CONVEYORS
 
 
 @pytest.mark.parametrize("name", CONVEYORS)
@@ -23,12 +21,3 @@ def test_a_load_rests_on_the_rollers_above_all_else(name: str) -> None:
     tops = sorted(float(box.corners()[:, 2].max()) for box in model.collision)
     assert tops[-1] == pytest.approx(kind.height / 2)
     assert tops[-2] == pytest.approx(kind.height / 2 - 0.005)
-
-
-def test_a_pallet_fits_lengthwise_between_the_profiles() -> None:
-    assert CONVEYORS["pallet_conveyor"].lane > 0.8
-
-
-def test_an_unknown_conveyor_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="pallet_conveyor"):
-        conveyor("belt")

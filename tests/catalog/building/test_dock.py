@@ -2,14 +2,8 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import (
-    DOOR_SIZE,
-    OPEN_DOOR_SIZE,
-    OPENING_HEIGHT,
-    OPENING_WIDTH,
-    SEAL_SIZE,
-    TRAILER_SIZE,
-)
+from warehouse_sim.catalog.building.dock import DOOR_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
+from warehouse_sim.catalog.building.shell import OPENING_HEIGHT, OPENING_WIDTH
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.separation import BoxStack

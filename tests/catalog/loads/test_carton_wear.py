@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig, battered
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 

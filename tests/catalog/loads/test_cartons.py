@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import carton
-from warehouse_sim.catalog.loads import ALL_SKUS, HEAVY_SKUS, SKUS
+from warehouse_sim.catalog.loads.cartons import carton
+from warehouse_sim.catalog.loads.skus import ALL_SKUS, HEAVY_SKUS, SKUS
 from warehouse_sim.catalog.loads.strength import bears
-from warehouse_sim.errors import UnknownNameError
 
 PRINTED = [name for name, sku in ALL_SKUS.items() if sku.artwork is not None]
 MODULES = ((600, 400), (600, 500), (550, 366))
@@ -70,12 +69,6 @@ def test_numbers_are_fixed() -> None:
     assert [sku.obj_id for sku in SKUS.values()] == list(range(11, 29))
 
 
-def test_plain_cartons_keep_their_three_boxes() -> None:
-    parts = carton("carton_600x400x300").parts
-    assert [part.material for part in parts] == ["kraft_light", "tape", "print_blue"]
-    np.testing.assert_allclose(parts[0].scale, [0.599, 0.399, 0.2995])
-
-
 @pytest.mark.parametrize("name", PRINTED)
 def test_print_lies_on_the_sides_and_never_on_top(name: str) -> None:
     model, sku = carton(name), ALL_SKUS[name]
@@ -106,8 +99,3 @@ def test_marks_and_label_do_not_overlap(name: str) -> None:
         marks = marks[(marks[:, axis] > model.size[axis] / 2 - 0.002) & (marks[:, 2] < label[:, 2].max())]
         beside = (marks[:, side] < label[:, side].min()) | (marks[:, side] > label[:, side].max())
         assert beside.all()
-
-
-def test_an_unknown_sku_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="carton_600x400x400"):
-        carton("carton_1x1x1")

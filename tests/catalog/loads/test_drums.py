@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads import DRUMS
-from warehouse_sim.catalog.loads.drums import drum, round_body
-from warehouse_sim.errors import UnknownNameError
+from tests.catalog.covering import volume
+from warehouse_sim.catalog.loads.drums import DRUMS, drum
 
 
 @pytest.mark.parametrize("name", DRUMS)
@@ -25,9 +24,7 @@ def test_drums_weigh_what_they_hold() -> None:
 
 @pytest.mark.parametrize(("name", "litres"), [("drum_steel_216_blue", 216.5), ("drum_plastic_220_blue", 220.0)])
 def test_the_body_holds_what_its_name_says(name: str, litres: float) -> None:
-    body = drum(name).parts[0].placed()
-    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
-    assert 1000 * np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(litres, rel=0.06)
+    assert 1000 * volume(drum(name).parts[0].placed()) == pytest.approx(litres, rel=0.06)
 
 
 def test_the_steel_drum_has_two_hoops_two_plugs_and_a_label_on_its_side() -> None:
@@ -42,12 +39,3 @@ def test_the_steel_drum_has_two_hoops_two_plugs_and_a_label_on_its_side() -> Non
     label = next(part for part in model.parts if part.material == "label_paper").placed().vertices
     assert label[:, 1].min() > 0.2
     assert np.linalg.norm(label[:, :2], axis=1).max() == pytest.approx(0.2868)
-
-
-def test_round_body_needs_no_more_than_four_boxes() -> None:
-    assert len(round_body(0.5, 1.0)) == 4
-
-
-def test_an_unknown_drum_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="drum_steel_216_blue"):
-        drum("barrel")

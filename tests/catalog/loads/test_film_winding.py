@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import materials
 from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, _simplified, film_skin
 from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.convex import convex_hull
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import ObjectModel

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads import TOTES
-from warehouse_sim.catalog.loads.totes import tote
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.loads.totes import TOTES, tote
 
 
 def blocked(name: str, start: np.ndarray, end: np.ndarray) -> bool:
@@ -51,15 +49,3 @@ def test_grip_holes_are_holes() -> None:
     height = 0.14 - 0.022 - 0.02
     assert not blocked("tote_600x400x280_grey", np.array([0.4, 0.0, height]), np.array([0.27, 0.0, height]))
     assert blocked("tote_600x400x280_grey", np.array([0.4, 0.1, height]), np.array([0.27, 0.1, height]))
-
-
-def test_colours_share_a_geometry() -> None:
-    grey, red = tote("tote_400x300x147_grey"), tote("tote_400x300x147_red")
-    assert grey.obj_id == red.obj_id
-    np.testing.assert_array_equal(grey.mesh().vertices, red.mesh().vertices)
-    assert grey.parts[0].material != red.parts[0].material
-
-
-def test_an_unknown_tote_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="tote_600x400x280_grey"):
-        tote("tote")

@@ -1,15 +1,14 @@
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.pallets import epal1, plans
+from warehouse_sim.catalog.pallets import pallet, plans
 from warehouse_sim.catalog.pallets.block_pallet import build
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 
-PALLET = epal1()
+PALLET = pallet("epal1")
 PARTS = BoxStack.of([OrientedBox(part.T_object_part, part.scale) for part in PALLET.parts])
 
 
@@ -64,18 +63,3 @@ def test_steel_brackets_stand_flush_in_the_long_sides() -> None:
         assert (len(steel), len(plates)) == (18, 6)
         assert {round(abs(p.T_object_part[1, 3]) + p.scale[1] / 2, 9) for p in plates} == {0.3}
         assert min(part.scale.min() for part in steel) == pytest.approx(0.003)
-
-
-def test_a_plan_is_parameters() -> None:
-    higher = replace(plans.EPAL2, block=0.100)
-    model = build(higher, "made", "pallet_wood", "pallet_block")
-    assert millimetres(model.size) == (1200, 1000, 166)
-    assert millimetres(model.pockets[0].size) == (1200, 327.5, 122)
-
-
-def test_the_three_looks_are_one_geometry() -> None:
-    looks = [epal1(name) for name in ("epal1", "epal1_new", "epal1_grey")]
-    assert {look.obj_id for look in looks} == {1}
-    assert len({look.parts[0].material for look in looks}) == 3
-    for look in looks:
-        np.testing.assert_array_equal(look.mesh().vertices, PALLET.mesh().vertices)

@@ -1,15 +1,10 @@
 import numpy as np
 import pytest
 
+from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed, reaches_into, same_points
 from warehouse_sim.catalog.pallets.moulded import grid_deck, nesting_foot, ribbed_block
-from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform
-
-
-def volume(mesh: TriangleMesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def test_a_deck_is_its_plate_less_its_holes() -> None:

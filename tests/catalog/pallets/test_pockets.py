@@ -28,7 +28,3 @@ def test_both_prisms_begin_on_the_face_and_end_on_the_opposite_one(face: str, op
         end = pocket.T_object_pocket @ [pocket.size[0], 0.0, 0.0, 1.0]
         assert end[along] == pytest.approx(-opening)
     assert pair[0].T_object_pocket[1 - along, 3] == pytest.approx(-pair[1].T_object_pocket[1 - along, 3])
-
-
-def test_a_face_without_windows_has_no_pockets() -> None:
-    assert pockets_behind({}, SIZE) == ()

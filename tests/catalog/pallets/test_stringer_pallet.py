@@ -3,6 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import reaches_into
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.geometry.mesh import unit_box
@@ -37,10 +38,7 @@ def test_two_notches_of_9_by_1_5_inch_stand_18_inch_apart() -> None:
 
 
 def test_a_stringer_is_solid_but_for_its_notches() -> None:
-    mesh = STRINGERS[0].mesh
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
-    assert volume / INCH**3 == pytest.approx(1.375 * (48 * 3.5 - 2 * 9 * 1.5))
+    assert volume(STRINGERS[0].mesh) / INCH**3 == pytest.approx(1.375 * (48 * 3.5 - 2 * 9 * 1.5))
 
 
 def test_bottom_boards_keep_clear_of_the_notches() -> None:
@@ -56,5 +54,5 @@ def test_bottom_boards_keep_clear_of_the_notches() -> None:
 
 def test_physics_leaves_the_notches_open() -> None:
     assert len(MODEL.collision) == 1 + 3 * 4 + 5
-    volume = sum(float(np.prod(box.size)) for box in MODEL.collision[1:13])
-    assert volume / INCH**3 == pytest.approx(3 * 1.375 * (48 * 3.5 - 2 * 9 * 1.5))
+    filled = sum(float(np.prod(box.size)) for box in MODEL.collision[1:13])
+    assert filled / INCH**3 == pytest.approx(3 * 1.375 * (48 * 3.5 - 2 * 9 * 1.5))

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.catalog.covering import volume
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.racks.upright import (
     HOLE_BOTTOM,
@@ -14,16 +15,10 @@ from warehouse_sim.catalog.racks.upright import (
     hole_heights,
     upright_mesh,
 )
-from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
 HEIGHTS = (2.0, 4.5, 8.0)
-
-
-def volume(mesh: TriangleMesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 @pytest.mark.parametrize("height", HEIGHTS)

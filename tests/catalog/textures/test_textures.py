@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog.materials import materials
-from warehouse_sim.catalog.textures import NEUTRAL, SIZE, TEXTURES, paint, stretch
-from warehouse_sim.catalog.textures.tile import normals
+from warehouse_sim.catalog.textures import TEXTURES, paint, stretch
+from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, normals
 from warehouse_sim.catalog.textures.used import LARGE
 from warehouse_sim.catalog.textures.worn import WIDE
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from tests.catalog.covering import bare_distances
-from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.traffic.obstacles import CONES, WRAPS, cone, hanging_wrap
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.traffic.obstacles import CONES, WRAPS
 
 SIZES = {
     "cone_500": ("cone", (0.29, 0.29, 0.50)),
@@ -49,10 +49,3 @@ def test_wrap_is_translucent_and_hangs_from_its_top(name: str) -> None:
     vertices = model.mesh().vertices
     upper, lower = vertices[vertices[:, 2] > 0.0], vertices[vertices[:, 2] < -0.3 * model.size[2]]
     assert np.ptp(lower[:, 1]) < np.ptp(upper[:, 1])
-
-
-def test_unknown_names_list_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="cone_750"):
-        cone("cone_100")
-    with pytest.raises(UnknownNameError, match="hanging_wrap_long"):
-        hanging_wrap("hanging_wrap")

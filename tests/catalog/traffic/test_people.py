@@ -1,11 +1,9 @@
-import numpy as np
 import pytest
 
 from tests.catalog.covering import bare_distances
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.traffic.figure import BAND, HELMET, SOLE
-from warehouse_sim.catalog.traffic.people import PEOPLE, WORKERS, person
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.traffic.people import PEOPLE, WORKERS
 
 STATURES = {"small": 1.535, "medium": 1.75, "tall": 1.855}
 """DIN 33402-2:2005: women's 5th, men's 50th and men's 95th percentile (m)."""
@@ -52,23 +50,9 @@ def test_bands_lie_around_the_vest(name: str) -> None:
     assert BAND == 0.05
 
 
-def test_everybody_has_a_number_of_their_own() -> None:
-    assert sorted(catalog_object(name).obj_id for name in PEOPLE) == list(range(170, 176))
-
-
 def test_each_stands_on_a_sole() -> None:
     for name in PEOPLE:
         model = catalog_object(name)
         lowest = {part.material: part.placed().vertices[:, 2].min() for part in model.parts}
         assert min(lowest, key=lambda material: lowest[material]) == "rubber"
         assert lowest["rubber"] == pytest.approx(-model.size[2] / 2)
-
-
-def test_an_unknown_person_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="person_tall_walking"):
-        person("person_huge_walking")
-
-
-def test_looks_are_built_the_same_every_time() -> None:
-    first, second = (person("person_small_walking").mesh().vertices for _ in range(2))
-    np.testing.assert_array_equal(first, second)

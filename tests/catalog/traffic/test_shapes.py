@@ -1,14 +1,9 @@
 import numpy as np
 import pytest
 
+from tests.catalog.covering import volume
 from warehouse_sim.catalog.parts import box_part, solid_box
 from warehouse_sim.catalog.traffic.shapes import assembled, limb_box, rod, side_profile, tube
-from warehouse_sim.geometry.mesh import TriangleMesh
-
-
-def volume(mesh: TriangleMesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def test_a_straight_tube_is_a_prism_of_its_sections() -> None:

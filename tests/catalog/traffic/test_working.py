@@ -5,11 +5,10 @@ import pytest
 
 from tests.catalog.covering import bare_distances
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.traffic import FINE_STANDING, STANDING
+from warehouse_sim.catalog.shipped import FINE_STANDING, STANDING
 from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES
-from warehouse_sim.catalog.traffic.people import ON_TRUCKS, WORKERS, WORKERS_BY_NAME, worker
-from warehouse_sim.catalog.traffic.working import WORKING, truck_frame, working_truck
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.traffic.people import ON_TRUCKS, WORKERS, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.working import WORKING, truck_frame
 
 
 @pytest.mark.parametrize("name", WORKING)
@@ -68,10 +67,3 @@ def test_numbers_are_their_own_and_drivers_do_not_stand_about() -> None:
     assert max(numbers) <= 599
     assert not [name for name in FINE_STANDING["person"] if name.endswith(ON_TRUCKS)]
     assert set(FINE_STANDING) == set(STANDING)
-
-
-def test_unknown_names_list_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="work_reach"):
-        working_truck("work_tank")
-    with pytest.raises(UnknownNameError, match="worker_tall_kneeling"):
-        worker("worker_tall_flying")

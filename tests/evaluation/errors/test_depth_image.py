@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import epal1
+from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.evaluation.errors.visible_surface import depth_of
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
@@ -40,7 +40,7 @@ def by_rays(mesh: TriangleMesh, T: np.ndarray, camera: PinholeCamera) -> np.ndar
         ((0.0, 0.0, -2.0), np.eye(3)),  # all of it
     ],
 )
-@pytest.mark.parametrize("mesh", [epal1().mesh(), unit_box()], ids=["epal1", "box"])
+@pytest.mark.parametrize("mesh", [pallet("epal1").mesh(), unit_box()], ids=["epal1", "box"])
 def test_depth_is_that_of_rays_through_pixel_centres(mesh: TriangleMesh, place, turn) -> None:
     T = make_transform(turn, np.array(place))
     sampled, exact = depth_of(mesh, T, CAMERA), by_rays(mesh, T, CAMERA)

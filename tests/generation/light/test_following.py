@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.generation.light.meter import following
-from warehouse_sim.scene.lighting import ev_of_exposure, exposure_of_ev
+from warehouse_sim.scene.lighting.exposure import ev_of_exposure, exposure_of_ev
 from warehouse_sim.schema import Viewpoint
 
 BASE = Viewpoint(np.eye(4), sequence=0)

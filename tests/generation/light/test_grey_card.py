@@ -7,7 +7,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import level_camera, make_transform
 from warehouse_sim.render import Renderer
-from warehouse_sim.scene.lighting import exposure_of_ev
+from warehouse_sim.scene.lighting.exposure import exposure_of_ev
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, light_illuminance
 from warehouse_sim.schema import Light, Material, ObjectInstance, ObjectModel, Part, SceneSpec
 

@@ -27,7 +27,7 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.streams import scene_rng
-from warehouse_sim.scene.viewpoints import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.free_space import vehicle_boxes
 from warehouse_sim.schema import SceneSpec, Viewpoint
 

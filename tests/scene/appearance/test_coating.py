@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.color import LUMINANCE, srgb_from_linear
 from warehouse_sim.scene.appearance.coating import Look, coated, linear_of
 from warehouse_sim.scene.appearance.palettes import Finish

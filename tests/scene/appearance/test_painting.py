@@ -6,11 +6,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
-from warehouse_sim.scene.appearance import AppearanceConfig, PaintConfig, paint_scene
+from warehouse_sim.scene.appearance.config import AppearanceConfig
+from warehouse_sim.scene.appearance.painting import paint_scene
+from warehouse_sim.scene.appearance.palettes import PaintConfig
 from warehouse_sim.scene.appearance.surfaces import SURFACES
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.schema import SceneSpec

@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.catalog.building import CONVEYORS
+from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.conveyor_pickup import ConveyorPickupConfig
 from warehouse_sim.scene.layouts.hall import HallConfig

@@ -7,7 +7,9 @@ import yaml
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene import Distribution, SceneRecipe
-from warehouse_sim.scene.lighting import PRESETS, ExposureConfig, LightingConfig, PresetName
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.exposure import ExposureConfig
+from warehouse_sim.scene.lighting.presets import PRESETS, PresetName
 
 
 def read(text: str) -> LightingConfig:

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.scene.lighting import ExposureConfig, ev_of_exposure, exposure_of_ev
-from warehouse_sim.scene.lighting.exposure import metered_ev
+from warehouse_sim.scene.lighting.exposure import ExposureConfig, ev_of_exposure, exposure_of_ev, metered_ev
 
 EVEN = np.ones(3)
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
-from warehouse_sim.scene.lighting import PRESETS, LightingConfig, floor_points
-from warehouse_sim.scene.lighting.photometry import unshadowed_illuminance
+from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.photometry import floor_points, unshadowed_illuminance
+from warehouse_sim.scene.lighting.presets import PRESETS
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import materials
 from warehouse_sim.catalog.building.services import rooflight, window_band
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.lighting import LightingConfig
+from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.panes import PANE, pane_lights
 from warehouse_sim.scene.lighting.photometry import luminous_flux
 from warehouse_sim.scene.lighting.presets import PRESETS

@@ -2,7 +2,7 @@ import pytest
 
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.lighting import LightingConfig
+from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.presets import PRESETS
 from warehouse_sim.scene.lighting.switching import relit
 

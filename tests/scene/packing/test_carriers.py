@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads import CARRIERS
+from warehouse_sim.catalog.shipped import CARRIERS
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import load_recipe

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import carton, catalog_object
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack

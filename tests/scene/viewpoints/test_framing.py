@@ -5,8 +5,8 @@ import pytest
 
 from tests.scene.viewpoints.spaces import bare_space
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.scene.viewpoints import ViewpointsConfig, shows
-from warehouse_sim.scene.viewpoints.framing import angles_to, target_in_view, targets_in_frame
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import angles_to, shows, target_in_view, targets_in_frame
 from warehouse_sim.schema import Viewpoint
 
 CONFIG = ViewpointsConfig()

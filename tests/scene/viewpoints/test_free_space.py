@@ -7,7 +7,7 @@ from tests.scene.viewpoints.spaces import AREA, aisle_scene, bare_space
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.scene.viewpoints import FreeSpace
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.vehicles import AMR, pose_on_floor
 
 PALLET = ("epal1", (0.0, -4.0, 0.072), 0.0)

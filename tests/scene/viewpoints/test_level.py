@@ -8,7 +8,8 @@ from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
-from warehouse_sim.scene.viewpoints import ViewpointsConfig, choose_viewpoints
+from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import SceneSpec
 
 HALF_WIDTH_OVER_FOCAL, HALF_HEIGHT_OVER_FOCAL = 612 / 721.5, 185 / 721.5

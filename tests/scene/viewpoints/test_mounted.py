@@ -6,7 +6,9 @@ import pytest
 from tests.scene.viewpoints.spaces import aisle_scene
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig, candidate_viewpoints
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
+from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import Viewpoint
 
 

@@ -7,8 +7,9 @@ import pytest
 from tests.scene.viewpoints.spaces import aisle_scene, bare_space
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import invert
-from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig, shows
-from warehouse_sim.scene.viewpoints.config import DriveConfig
+from warehouse_sim.scene.viewpoints.config import DriveConfig, ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import shows
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.scene.viewpoints.plans import entries_of
 from warehouse_sim.scene.viewpoints.sequences import choose_drives

@@ -5,9 +5,11 @@ from tests.scene.viewpoints.spaces import aisle_scene, bare_space
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.viewpoints import FreeSpace, ViewpointsConfig, candidate_viewpoints, shows
-from warehouse_sim.scene.viewpoints.framing import angles_to
+from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.framing import angles_to, shows
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
+from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import Viewpoint
 
 KINDS = ("level", "forklift_mast", "forklift_forks", "forklift_guard", "amr", "free")

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from tests.sensors.lidar.published import Published
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, SceneSpec

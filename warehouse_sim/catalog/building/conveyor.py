@@ -9,9 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of, solid_box, solid_part
 from warehouse_sim.geometry.pose import rotation_x
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
@@ -53,13 +51,7 @@ _LEG = 0.06
 
 
 def conveyor(name: str) -> ObjectModel:
-    """Build a segment: side profiles with a coloured cover, rollers, the drive's cover below, and two pairs of legs.
-
-    Raises:
-        UnknownNameError: There is no such conveyor.
-    """
-    if name not in CONVEYORS:
-        raise UnknownNameError("conveyor", name, list(CONVEYORS))
+    """Build a segment: side profiles with a coloured cover, rollers, the drive's cover below, and two pairs of legs."""
     kind = CONVEYORS[name]
     frame = _frame(kind)
     rollers = _rollers(kind)
@@ -67,7 +59,7 @@ def conveyor(name: str) -> ObjectModel:
     bed = solid_box((kind.length, kind.lane, kind.roller), (0.0, 0.0, top - kind.roller / 2))
     size = (kind.length, kind.width, kind.height)
     parts = (*fused(frame), *rollers)
-    return building_model(name, "conveyor", kind.obj_id, size, parts, [bed, *collision_boxes(frame)], turns=2)
+    return model_of(name, "conveyor", kind.obj_id, size, parts, [bed, *collision_boxes(frame)], turns=2)
 
 
 def _rollers(kind: ConveyorKind) -> list[Part]:

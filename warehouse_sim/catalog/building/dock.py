@@ -9,9 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.building.shell import OPENING_HEIGHT, OPENING_WIDTH
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of, solid_box, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.geometry.solids import unit_cylinder
@@ -38,7 +37,7 @@ _PLEATS, _PLEAT_RELIEF = 8, 0.015
 """Pleats of a side pad, and how far every second one stands back (m)."""
 
 
-def closed_door(name: str = "dock_door_closed") -> ObjectModel:
+def dock_door_closed(name: str = "dock_door_closed") -> ObjectModel:
     """Build a closed sectional door: five sections with a row of windows, a rubber seal, tracks, shaft and springs."""
     floor = -DOOR_SIZE[2] / 2
     leaf, section = [], OPENING_HEIGHT / _SECTIONS
@@ -55,12 +54,12 @@ def closed_door(name: str = "dock_door_closed") -> ObjectModel:
     frame = _frame(DOOR_SIZE[1] / 2)
     solid = solid_box((_LEAF_WIDTH, _PANEL, OPENING_HEIGHT), (0.0, _CLOSED_LEAF_Y, floor + OPENING_HEIGHT / 2))
     parts = fused([*leaf, *lips, *handle, *frame, *_shaft(DOOR_SIZE[1] / 2)])
-    return building_model(
+    return model_of(
         name, "door", 150, DOOR_SIZE, parts, [solid, *collision_boxes(lips), *_frame_solids(frame, DOOR_SIZE[1] / 2)]
     )
 
 
-def open_door(name: str = "dock_door_open") -> ObjectModel:
+def dock_door_open(name: str = "dock_door_open") -> ObjectModel:
     """Build the same door open: the leaf hangs level in its tracks, which reach into the hall above head height."""
     wall_face = OPEN_DOOR_SIZE[1] / 2
     top = -DOOR_SIZE[2] / 2 + OPENING_HEIGHT + 0.16
@@ -79,10 +78,10 @@ def open_door(name: str = "dock_door_open") -> ObjectModel:
     parts = fused([*leaf, *rails, *frame, *_shaft(wall_face)])
     solid = solid_box((_LEAF_WIDTH, OPENING_HEIGHT, _PANEL), (0.0, start - OPENING_HEIGHT / 2, top))
     boxes = [solid, *collision_boxes(rails), *_frame_solids(frame, wall_face)]
-    return building_model(name, "door", 151, OPEN_DOOR_SIZE, parts, boxes)
+    return model_of(name, "door", 151, OPEN_DOOR_SIZE, parts, boxes)
 
 
-def leveller(name: str = "dock_leveller") -> ObjectModel:
+def dock_leveller(name: str = "dock_leveller") -> ObjectModel:
     """Build a leveller, level: its plate and lip in the floor's plane, hazard stripes at the sides."""
     width, depth, thick = LEVELLER_SIZE
     lip, stripe, gap = 0.4, 0.1, 0.012
@@ -103,10 +102,10 @@ def leveller(name: str = "dock_leveller") -> ObjectModel:
             paint = "guard_yellow" if index % 2 == 0 else "guard_black"
             at = (side * (width - stripe) / 2, -depth / 2 + (index + 0.5) * depth / 10, low)
             parts.append(box_part((stripe, depth / 10, plate), at, paint))
-    return building_model(name, "dock", 152, LEVELLER_SIZE, fused(parts), [solid_box(LEVELLER_SIZE)])
+    return model_of(name, "dock", 152, LEVELLER_SIZE, fused(parts))
 
 
-def bumper(name: str = "dock_bumper") -> ObjectModel:
+def dock_bumper(name: str = "dock_bumper") -> ObjectModel:
     """Build the rubber block of 250 x 100 x 500 mm that a trailer comes to rest against, with its four bolts."""
     block = box_part((0.25, 0.094, 0.5), (0.0, -0.003, 0.0), "rubber")
     bolts = [
@@ -115,10 +114,10 @@ def bumper(name: str = "dock_bumper") -> ObjectModel:
         for z in (-0.18, 0.18)
     ]
     size = (0.25, 0.1, 0.5)
-    return building_model(name, "dock", 153, size, (block, *fused(bolts)), [solid_box(size)], mass=13.0)
+    return model_of(name, "dock", 153, size, (block, *fused(bolts)), mass=13.0)
 
 
-def seal(name: str = "dock_seal") -> ObjectModel:
+def dock_seal(name: str = "dock_seal") -> ObjectModel:
     """Build the foam pads under pleated black fabric that a trailer is pressed against: one at each side and a head."""
     width, depth, height = SEAL_SIZE
     side, head = (width - _SEAL_WIDTH) / 2, height - _SEAL_HEIGHT
@@ -129,14 +128,21 @@ def seal(name: str = "dock_seal") -> ObjectModel:
             inset = _PLEAT_RELIEF if index % 2 else 0.0
             z = (index + 0.5) * pleat - height / 2
             parts.append(box_part((side - inset, depth, pleat), (sign * (width - side + inset) / 2, 0.0, z), "rubber"))
-    return building_model(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
+    return model_of(name, "dock", 149, SEAL_SIZE, fused(parts), collision_boxes(parts))
 
 
 @cache
 def dock_sill(name: str = "dock_sill") -> ObjectModel:
     """Build the steel plate that lies outside the wall under a dock's seal, up to the trailer."""
     size = (SEAL_SIZE[0], SEAL_SIZE[1], 0.018)
-    return building_model(name, "dock", 417, size, [box_part(size, (0.0, 0.0, 0.0), "fork_steel")], turns=2)
+    return model_of(
+        name,
+        "dock",
+        417,
+        size,
+        [box_part(size, (0.0, 0.0, 0.0), "fork_steel")],
+        turns=2,
+    )
 
 
 def trailer(name: str = "trailer") -> ObjectModel:
@@ -158,7 +164,7 @@ def trailer(name: str = "trailer") -> ObjectModel:
         # The rear frame with the folded door and its seal.
         rear = (side * (width / 2 - 0.04), 0.02 - length / 2, (floor - wall) / 2)
         slats.append(box_part((0.08, 0.04, room), rear, "truck_grey"))
-    return building_model(name, "trailer", 155, TRAILER_SIZE, fused([*shell, *slats]), collision_boxes(shell))
+    return model_of(name, "trailer", 155, TRAILER_SIZE, fused([*shell, *slats]), collision_boxes(shell))
 
 
 def _lips(floor: float) -> list[Part]:

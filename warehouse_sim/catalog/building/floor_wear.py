@@ -11,8 +11,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.building_model import building_model
-from warehouse_sim.catalog.parts import fused, solid_part
+from warehouse_sim.catalog.parts import fused, mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.solids import prism
 from warehouse_sim.schema import ObjectModel, Part
@@ -113,7 +112,7 @@ def _band(line: Float[np.ndarray, "n 2"], width: float) -> TriangleMesh:
 
 
 def _flat(mesh: TriangleMesh, material: str, lift: float = 0.0) -> Part:
-    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, lift), material)
+    return mesh_part(mesh, material, (0.0, 0.0, lift))
 
 
 def _decal(name: str, obj_id: int, parts: list[Part]) -> ObjectModel:
@@ -122,6 +121,6 @@ def _decal(name: str, obj_id: int, parts: list[Part]) -> ObjectModel:
     points = np.concatenate([part.mesh.vertices for part in whole])
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
-    centred = [solid_part(part.mesh, (1.0, 1.0, 1.0), -middle, part.material) for part in whole]
+    centred = [mesh_part(part.mesh, part.material, -middle) for part in whole]
     x, y, z = (high - low).tolist()
-    return building_model(name, "marking", obj_id, (x, y, z), centred, ())
+    return model_of(name, "marking", obj_id, (x, y, z), centred, ())

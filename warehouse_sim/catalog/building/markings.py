@@ -7,9 +7,7 @@ Lines of at least 50 mm mark traffic routes (ASR A1.3, 5.3); 100 mm is common. A
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.building_model import building_model
-from warehouse_sim.catalog.parts import box_part, fused, solid_part
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, fused, mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import rotation_z
 from warehouse_sim.schema import ObjectModel, Part
@@ -30,19 +28,11 @@ LINES = {f"lane_line_{colour}_{mm}": (colour, mm) for colour in _COLOURS for mm 
 
 
 def lane_line(name: str) -> ObjectModel:
-    """Build a straight line along x ("lane_line_yellow_3000").
-
-    Raises:
-        UnknownNameError: No line has this name; see ``LINES``.
-    """
-    if name not in LINES:
-        raise UnknownNameError("lane line", name, list(LINES))
+    """Build a straight line along x ("lane_line_yellow_3000")."""
     colour, mm = LINES[name]
     size = (mm / 1000, LINE_WIDTH, PAINT)
     obj_id = 134 + LINE_LENGTHS_MM.index(mm)
-    return building_model(
-        name, "marking", obj_id, size, [box_part(size, (0.0, 0.0, 0.0), f"marking_{colour}")], (), turns=2
-    )
+    return model_of(name, "marking", obj_id, size, [box_part(size, (0.0, 0.0, 0.0), f"marking_{colour}")], (), turns=2)
 
 
 def corner_marking(name: str = "corner_marking") -> ObjectModel:
@@ -52,7 +42,7 @@ def corner_marking(name: str = "corner_marking") -> ObjectModel:
         box_part((leg, width, PAINT), (0.0, (width - leg) / 2, 0.0), "marking_white"),
         box_part((width, leg - width, PAINT), ((width - leg) / 2, width / 2, 0.0), "marking_white"),
     ]
-    return building_model(name, "marking", 137, (leg, leg, PAINT), fused(parts), ())
+    return model_of(name, "marking", 137, (leg, leg, PAINT), fused(parts), ())
 
 
 def keep_clear_marking(name: str = "keep_clear_marking") -> ObjectModel:
@@ -65,7 +55,7 @@ def keep_clear_marking(name: str = "keep_clear_marking") -> ObjectModel:
     reach = inner * np.sqrt(2.0) - line
     for x in np.linspace(-0.6, 0.6, 5):
         parts.append(box_part((reach, line, PAINT), (x, 0.0, 0.0), "marking_yellow", rotation_z(np.pi / 4)))
-    return building_model(name, "marking", 138, (length, width, PAINT), fused(parts), (), turns=2)
+    return model_of(name, "marking", 138, (length, width, PAINT), fused(parts), (), turns=2)
 
 
 def crossing_marking(name: str = "crossing_marking") -> ObjectModel:
@@ -74,10 +64,10 @@ def crossing_marking(name: str = "crossing_marking") -> ObjectModel:
     length = (2 * count - 1) * bar
     starts = [-length / 2 + bar / 2 + 2 * bar * index for index in range(count)]
     parts = [box_part((bar, depth, PAINT), (x, 0.0, 0.0), "marking_white") for x in starts]
-    return building_model(name, "marking", 139, (length, depth, PAINT), fused(parts), (), turns=2)
+    return model_of(name, "marking", 139, (length, depth, PAINT), fused(parts), (), turns=2)
 
 
-def straight_tyre_mark(name: str = "tyre_mark_straight") -> ObjectModel:
+def tyre_mark_straight(name: str = "tyre_mark_straight") -> ObjectModel:
     """Build the two tracks of a truck that braked along x, 3.2 m long, thinning out at both ends."""
     x = np.linspace(-1.6, 1.6, 17)
     tracks = []
@@ -87,7 +77,7 @@ def straight_tyre_mark(name: str = "tyre_mark_straight") -> ObjectModel:
     return _tyre_mark(name, 140, tracks)
 
 
-def curved_tyre_mark(name: str = "tyre_mark_curve") -> ObjectModel:
+def tyre_mark_curve(name: str = "tyre_mark_curve") -> ObjectModel:
     """Build the two tracks of a truck that turned a quarter round: outer radius 2.4 m."""
     angle = np.linspace(0.0, np.pi / 2, 25)
     tracks = [
@@ -100,9 +90,9 @@ def curved_tyre_mark(name: str = "tyre_mark_curve") -> ObjectModel:
 def _tyre_mark(name: str, obj_id: int, tracks: list[TriangleMesh]) -> ObjectModel:
     points = np.concatenate([track.vertices for track in tracks])
     low, high = points.min(axis=0), points.max(axis=0)
-    parts: list[Part] = [solid_part(track, (1, 1, 1), -(low + high) / 2, "tyre_mark") for track in tracks]
+    parts: list[Part] = [mesh_part(track, "tyre_mark", -(low + high) / 2) for track in tracks]
     x, y, z = high - low
-    return building_model(name, "marking", obj_id, (float(x), float(y), float(z)), fused(parts), ())
+    return model_of(name, "marking", obj_id, (float(x), float(y), float(z)), fused(parts), ())
 
 
 def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:

@@ -10,9 +10,8 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.materials import SKY_BANDS
-from warehouse_sim.catalog.parts import box_part, fused, solid_part
+from warehouse_sim.catalog.parts import box_part, fused, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.solids import unit_cylinder
@@ -53,7 +52,7 @@ def outdoors(name: str = "outdoors", length: float = 48.0, width: float = 48.0) 
         pieces += _side(turn, reach, (width if turn % 2 else length) + 80.0, ground + 0.02)
     lift = make_transform(translation=np.array([0.0, 0.0, -RISE]))
     placed = [replace(part, T_object_part=lift @ part.T_object_part) for part in (*parts, *fused(pieces))]
-    return building_model(name, OUTDOORS, 405, (size, size, 2 * (SKY_RADIUS - RISE)), placed, ())
+    return model_of(name, OUTDOORS, 405, (size, size, 2 * (SKY_RADIUS - RISE)), placed, ())
 
 
 def _side(turn: int, reach: float, along: float, ground: float) -> list[Part]:
@@ -107,4 +106,4 @@ def _dome(band: int) -> Part:
     if band == SKY_BANDS - 1:
         vertices, faces = vertices[: _SIDES + 1], [np.column_stack([here, np.full(_SIDES, _SIDES), there])]
     mesh = TriangleMesh(vertices, np.concatenate(faces).astype(np.int32))
-    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), f"outdoor_sky_{band}")
+    return mesh_part(mesh, f"outdoor_sky_{band}")

@@ -8,8 +8,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import Size, building_model
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.parts import (
+    Size,
+    box_part,
+    collision_boxes,
+    fused,
+    mesh_part,
+    model_of,
+    solid_box,
+    solid_part,
+)
 from warehouse_sim.geometry.pose import rotation_x, rotation_y
 from warehouse_sim.geometry.solids import lathe, prism, unit_cylinder
 from warehouse_sim.schema import LuminousFace, ObjectModel, Part
@@ -35,7 +43,7 @@ def drive_in_door(name: str = "drive_in_door") -> ObjectModel:
         "daylight", _LEAF_MATERIAL, _LEAF_MATERIAL, np.array([0.0, 1.0, 0.0]), depth / 2, leaf_width * leaf_height
     )
     solid = collision_boxes([*frame, leaf])
-    return building_model(name, "door", 154, GATE_SIZE, (*fused(frame), leaf), solid, luminous_face=sky)
+    return model_of(name, "door", 154, GATE_SIZE, (*fused(frame), leaf), solid, luminous_face=sky)
 
 
 _INK = 0.001
@@ -59,13 +67,13 @@ def extinguisher(name: str = "extinguisher") -> ObjectModel:
     body = lathe(((0.0, -0.22), (0.075, -0.22), (0.08, -0.2), (0.08, 0.14), (0.05, 0.19), (0.02, 0.2), (0.0, 0.2)), 16)
     size = (0.2, 0.172, 0.52)
     low = -0.04
-    parts = [solid_part(body, (1.0, 1.0, 1.0), (-0.02, -0.004, low), "safety_red")]
+    parts = [mesh_part(body, "safety_red", (-0.02, -0.004, low))]
     parts.append(box_part((0.05, 0.04, 0.06), (-0.02, 0.0, low + 0.23), "mast_black"))
     parts.append(box_part((0.14, 0.03, 0.02), (0.0, 0.0, size[2] / 2 - 0.01), "mast_black"))
     parts.append(box_part((0.025, 0.025, 0.4), (0.0875, 0.0, 0.02), "rubber"))
     parts.append(box_part((0.1, 0.002, 0.16), (-0.02, -0.085, low), "label_paper"))
     parts.append(box_part((0.06, 0.01, 0.3), (-0.02, 0.081, 0.0), "galvanised"))
-    return building_model(name, "fire_equipment", 420, size, fused(parts), [solid_box(size)], mass=9.0)
+    return model_of(name, "fire_equipment", 420, size, fused(parts), mass=9.0)
 
 
 def fire_hose_cabinet(name: str = "fire_hose_cabinet") -> ObjectModel:
@@ -76,7 +84,7 @@ def fire_hose_cabinet(name: str = "fire_hose_cabinet") -> ObjectModel:
     parts.append(box_part((0.22, 0.003, 0.22), (0.14, face + 0.0045, 0.18), "sign_white"))
     parts.append(box_part((0.16, 0.002, 0.16), (0.14, face + 0.002, 0.18), "safety_red"))
     parts.append(box_part((0.03, 0.006, 0.12), (-0.29, face + 0.003, 0.0), "chrome"))
-    return building_model(name, "fire_equipment", 421, size, fused(parts), [solid_box(size)])
+    return model_of(name, "fire_equipment", 421, size, fused(parts))
 
 
 def fire_sign(name: str = "fire_sign") -> ObjectModel:
@@ -92,8 +100,8 @@ def exit_sign(name: str = "exit_sign") -> ObjectModel:
     runner = [((0.045, 0.045), (0.0, 0.09)), ((0.11, 0.025), (0.0, 0.03)), ((0.025, 0.09), (-0.04, -0.085))]
     parts = list(_sign(name, 423, (width, height), "sign_green", [*marks, *runner]).parts)
     head = prism(((0.0, -0.06), (0.07, 0.0), (0.0, 0.06)), _INK)
-    parts.append(solid_part(head, (1.0, 1.0, 1.0), (0.21, _INK / 2 - 0.005, 0.0), "sign_white", rotation_x(np.pi / 2)))
-    return building_model(name, "sign", 423, (width, 0.01, height), fused(parts), (), mass=0.8)
+    parts.append(mesh_part(head, "sign_white", (0.21, _INK / 2 - 0.005, 0.0), rotation_x(np.pi / 2)))
+    return model_of(name, "sign", 423, (width, 0.01, height), fused(parts), (), mass=0.8)
 
 
 def mandatory_sign(name: str = "mandatory_sign") -> ObjectModel:
@@ -101,7 +109,7 @@ def mandatory_sign(name: str = "mandatory_sign") -> ObjectModel:
     size = (0.4, 0.01, 0.4)
     disk = solid_part(unit_cylinder(32), (0.4, 0.4, 0.009), (0.0, 0.0005, 0.0), "safety_blue", rotation_x(np.pi / 2))
     marks = [((0.12, 0.06), (0.0, 0.06)), ((0.16, 0.02), (0.0, 0.02)), ((0.09, 0.08), (0.0, -0.04))]
-    return building_model(name, "sign", 424, size, (disk, *_marks(marks, -0.005)), (), mass=0.6)
+    return model_of(name, "sign", 424, size, (disk, *_marks(marks, -0.005)), (), mass=0.6)
 
 
 def aisle_sign(name: str = "aisle_sign_01") -> ObjectModel:
@@ -111,7 +119,7 @@ def aisle_sign(name: str = "aisle_sign_01") -> ObjectModel:
     for side in (-1.0, 1.0):
         for place, digit in zip((-0.13, 0.13), divmod(number, 10), strict=True):
             parts += _digit(digit, -side * place, side * (thick - _INK) / 2, 0.2, "sign_white", -side)
-    return building_model(name, "sign", 440 + number, (edge, thick, edge), fused(parts), (), mass=2.0)
+    return model_of(name, "sign", 440 + number, (edge, thick, edge), fused(parts), (), mass=2.0)
 
 
 def floor_label(name: str = "floor_label_01") -> ObjectModel:
@@ -132,7 +140,7 @@ def floor_label(name: str = "floor_label_01") -> ObjectModel:
             at = part.T_object_part[:3, 3]
             centre = (at[0] + 0.03 * (place - 3.5), at[2] - 0.062, up)
             parts.append(box_part((sx, sz, film - ground), centre, "print_dark"))
-    return building_model(name, "sign", 460 + number, (length, width, film), fused(parts), ())
+    return model_of(name, "sign", 460 + number, (length, width, film), fused(parts), ())
 
 
 def rubbish_bin(name: str = "rubbish_bin") -> ObjectModel:
@@ -152,7 +160,7 @@ def rubbish_bin(name: str = "rubbish_bin") -> ObjectModel:
         )
         parts.append(box_part((0.03, 0.08, 0.03), (side * 0.2, size[1] / 2 - 0.06, foot + 0.97), "bin_green"))
     solid = [solid_box(size)]
-    return building_model(name, "bin", 427, size, fused(parts), solid, mass=14.0)
+    return model_of(name, "bin", 427, size, fused(parts), solid, mass=14.0)
 
 
 def guard_rail(name: str = "guard_rail") -> ObjectModel:
@@ -164,14 +172,14 @@ def guard_rail(name: str = "guard_rail") -> ObjectModel:
     rails = [box_part((length, 0.06, 0.07), (0.0, -0.05, z), "guard_yellow") for z in (height / 2 - 0.06, 0.02)]
     kick = box_part((length, 0.02, 0.15), (0.0, -0.05, foot + 0.1), "guard_yellow")
     parts = [*plates, *posts, *rails, kick]
-    return building_model(name, "guard", 428, (length, depth, height), fused(parts), collision_boxes(parts), mass=34.0)
+    return model_of(name, "guard", 428, (length, depth, height), fused(parts), collision_boxes(parts), mass=34.0)
 
 
 def _sign(name: str, obj_id: int, size_wh: tuple[float, float], ground: str, marks: Sequence[Mark]) -> ObjectModel:
     """Return a flat sign of 10 mm with white marks, each its size and middle on the face (m)."""
     size: Size = (size_wh[0], 0.01, size_wh[1])
     board = box_part((size[0], 0.009, size[2]), (0.0, 0.0005, 0.0), ground)
-    return building_model(name, "sign", obj_id, size, (board, *_marks(marks, -0.005)), (), mass=0.5)
+    return model_of(name, "sign", obj_id, size, (board, *_marks(marks, -0.005)), (), mass=0.5)
 
 
 def _marks(marks: Sequence[Mark], face: float) -> tuple[Part, ...]:

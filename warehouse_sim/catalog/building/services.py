@@ -8,8 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model
-from warehouse_sim.catalog.parts import box_part, fused, solid_part
+from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
@@ -34,7 +33,7 @@ def sprinkler_line(length: float) -> ObjectModel:
     for x in np.arange(-length / 2 + HEAD_PITCH / 2, length / 2, HEAD_PITCH):
         heads.append(box_part((0.02, 0.02, 0.09), (x, 0.0, 0.045 + 0.02 - size[2] / 2), "chrome"))
         heads.append(solid_part(unit_cylinder(8), (0.05, 0.05, 0.02), (x, 0.0, 0.01 - size[2] / 2), "chrome"))
-    return building_model(f"sprinkler_line_{_mm(length)}", "service", 410, size, fused([*parts, *heads]), (), turns=2)
+    return model_of(f"sprinkler_line_{_mm(length)}", "service", 410, size, fused([*parts, *heads]), (), turns=2)
 
 
 @cache
@@ -50,7 +49,7 @@ def cable_tray(length: float) -> ObjectModel:
     for y, wide, tall in ((-0.07, 0.10, 0.03), (0.04, 0.06, 0.025), (0.11, 0.03, 0.018)):
         at = (0.0, y, sheet - height / 2 + tall / 2)
         parts.append(box_part((length - 0.02, wide, tall), at, "plastic_black"))
-    return building_model(f"cable_tray_{_mm(length)}", "service", 411, size, fused(parts), (), turns=1)
+    return model_of(f"cable_tray_{_mm(length)}", "service", 411, size, fused(parts), (), turns=1)
 
 
 @cache
@@ -65,7 +64,7 @@ def duct(length: float) -> ObjectModel:
     for x in np.arange(-length / 2 + 3.0, length / 2 - 0.5, 3.0):
         parts.append(box_part((0.6, 0.18, 0.1), (x, 0.0, 0.05 - size[2] / 2), "galvanised"))
         parts.append(box_part((0.54, 0.12, 0.004), (x, 0.0, 0.003 - size[2] / 2), "mast_black"))
-    return building_model(f"duct_{_mm(length)}", "service", 412, size, fused(parts), ())
+    return model_of(f"duct_{_mm(length)}", "service", 412, size, fused(parts), ())
 
 
 @cache
@@ -77,7 +76,7 @@ def light_line(length: float) -> ObjectModel:
     for x in (np.arange(count) - (count - 1) / 2) * length / count:
         parts.append(box_part((length / count - 0.12, width - 0.015, glow), (x, 0.0, (glow - height) / 2), "led_row"))
     size = (length, width, height)
-    return building_model(f"light_line_{_mm(length)}", "luminaire", 413, size, fused(parts), (), turns=2)
+    return model_of(f"light_line_{_mm(length)}", "luminaire", 413, size, fused(parts), (), turns=2)
 
 
 @cache
@@ -91,7 +90,7 @@ def rooflight(length: float, width: float = 1.6) -> ObjectModel:
     inner, count = width - 2 * bar, max(round(length / 2.0), 1)
     for x in (np.arange(count + 1) / count - 0.5) * (length - bar):
         parts.append(box_part((bar, inner, height), (float(x), 0.0, 0.0), "sign_white"))
-    return building_model(f"rooflight_{_mm(length)}", "window", 414, size, fused(parts), (), turns=2)
+    return model_of(f"rooflight_{_mm(length)}", "window", 414, size, fused(parts), (), turns=2)
 
 
 @cache
@@ -105,14 +104,14 @@ def window_band(length: float, height: float = 1.2) -> ObjectModel:
     inner, count = height - 2 * bar, max(round(length / 1.5), 1)
     for x in (np.arange(count + 1) / count - 0.5) * (length - bar):
         parts.append(box_part((bar, depth, inner), (float(x), 0.0, 0.0), "steel_grey"))
-    return building_model(f"window_band_{_mm(length)}x{_mm(height)}", "window", 415, size, fused(parts), ())
+    return model_of(f"window_band_{_mm(length)}x{_mm(height)}", "window", 415, size, fused(parts), ())
 
 
 @cache
 def hanging_rods(length: float) -> ObjectModel:
     """Build two rods, 400 mm apart along x, that something hangs on."""
     rods = [box_part((0.012, 0.012, length), (side * 0.194, 0.0, 0.0), "galvanised") for side in (-1.0, 1.0)]
-    return building_model(f"hanging_rods_{_mm(length)}", "service", 416, (0.4, 0.012, length), fused(rods), (), turns=2)
+    return model_of(f"hanging_rods_{_mm(length)}", "service", 416, (0.4, 0.012, length), fused(rods), (), turns=2)
 
 
 def _mm(metres: float) -> int:

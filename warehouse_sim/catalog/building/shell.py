@@ -6,8 +6,8 @@ Frame of all: origin at the centre of the bounding box, z up, x along a wall.
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.building.building_model import Size, building_model, profiled_solid
-from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
+from warehouse_sim.catalog.parts import Size, box_part, collision_boxes, fused, mesh_part, model_of, solid_box
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import ObjectModel, Part
 
 FLOOR_SIZE = (48.0, 48.0, 0.2)
@@ -30,13 +30,20 @@ _SLABS = {"floor_slab_jointed": "concrete", "floor_slab_epoxy": "epoxy_grey"}
 
 def floor_slab(name: str = "floor_slab") -> ObjectModel:
     """Build the concrete slab; its top is 0.1 m above its centre."""
-    return building_model(name, "floor", 201, FLOOR_SIZE, (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),), turns=2)
+    return model_of(
+        name,
+        "floor",
+        201,
+        FLOOR_SIZE,
+        (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),),
+        turns=2,
+    )
 
 
 def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:
     """Build the slab with sawn joints, 10 mm wide, every 6 m: bare concrete or coated with epoxy."""
     parts = jointed_parts(FLOOR_SIZE, _SLABS[name])
-    return building_model(name, "floor", 130, FLOOR_SIZE, parts, [solid_box(FLOOR_SIZE)], turns=2)
+    return model_of(name, "floor", 130, FLOOR_SIZE, parts, turns=2)
 
 
 def jointed_parts(size: Size, material: str) -> tuple[Part, ...]:
@@ -66,10 +73,10 @@ def wall(name: str = "wall") -> ObjectModel:
         box_part((length, thickness, _PLINTH), (0.0, 0.0, (_PLINTH - height) / 2), "concrete"),
         box_part((length, thickness, height - _PLINTH), (0.0, 0.0, _PLINTH / 2), "wall_paint"),
     )
-    return building_model(name, "wall", 202, WALL_SIZE, parts, turns=2)
+    return model_of(name, "wall", 202, WALL_SIZE, parts, collision_boxes(parts), turns=2)
 
 
-def clad_wall(name: str = "wall_clad") -> ObjectModel:
+def wall_clad(name: str = "wall_clad") -> ObjectModel:
     """Build a wall of trapezoidal sheet with upright ribs on both faces above a concrete skirting."""
     return _clad(name, 131, WALL_SIZE[0])
 
@@ -79,7 +86,7 @@ def wall_module(name: str = "wall_module") -> ObjectModel:
     return _clad(name, 132, MODULE_LENGTH)
 
 
-def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
+def wall_module_dock(name: str = "wall_module_dock") -> ObjectModel:
     """Build 6 m of the clad wall with a dock opening in the middle, from the floor up, in a flat frame of steel."""
     _, thickness, height = WALL_SIZE
     foot, edge = -height / 2, OPENING_WIDTH / 2 + _FRAME
@@ -96,13 +103,13 @@ def dock_wall_module(name: str = "wall_module_dock") -> ObjectModel:
     parts.append(ribbed_sheet(-edge, edge, lintel + _FRAME, WALL_SIZE[2] / 2))
     above = height - OPENING_HEIGHT
     solid.append(solid_box((OPENING_WIDTH, thickness, above), (0.0, 0.0, (height - above) / 2)))
-    return building_model(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
+    return model_of(name, "wall", 133, (MODULE_LENGTH, thickness, height), fused(parts), solid, turns=2)
 
 
 def _clad(name: str, obj_id: int, length: float) -> ObjectModel:
     size = (length, *WALL_SIZE[1:])
     parts = _bay(-length / 2, length / 2, -WALL_SIZE[2] / 2)
-    return building_model(name, "wall", obj_id, size, parts, [solid_box(size)], turns=2)
+    return model_of(name, "wall", obj_id, size, parts, turns=2)
 
 
 def _bay(left: float, right: float, foot: float) -> list[Part]:
@@ -118,7 +125,7 @@ def ribbed_sheet(left: float, right: float, foot: float, top: float) -> Part:
     face = WALL_SIZE[1] / 2 - _RIB_DEPTH * (1.0 - profile(x))
     # Both faces are alike after a half turn, as the profile is even.
     mesh = profiled_solid(x, -face, face, top - foot)
-    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, (foot + top) / 2), "cladding")
+    return mesh_part(mesh, "cladding", (0.0, 0.0, (foot + top) / 2))
 
 
 def profile_points(left: float, right: float) -> Float[np.ndarray, " n"]:
@@ -133,3 +140,24 @@ def profile(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     """Return the sheet's profile at ``x`` (m): 0 in the troughs, 1 on the ribs; it repeats every 0.2 m."""
     places, heights = np.array(_LAYOUT).T
     return np.interp(np.round(x % _RIB_PITCH, 9), places, heights)
+
+
+def profiled_solid(
+    x: Float[np.ndarray, " n"], low: Float[np.ndarray, " n"], high: Float[np.ndarray, " n"], length: float
+) -> TriangleMesh:
+    """Return the watertight solid between two lines y = low(x) < high(x), extruded along z about 0 (m)."""
+    count = len(x)
+    y = np.concatenate([low, high, low, high])
+    z = np.repeat([-length / 2, length / 2], 2 * count)
+    a, b = np.arange(count - 1), np.arange(1, count)
+    n, ends = count, np.array([0, count - 1])
+    quads = [
+        np.column_stack([a, b, b + 2 * n, a + 2 * n]),  # low side
+        np.column_stack([b + n, a + n, a + 3 * n, b + 3 * n]),  # high side
+        np.column_stack([b, a, a + n, b + n]),  # foot
+        np.column_stack([a, b, b + n, a + n]) + 2 * n,  # top
+        np.array([[n, 0, 2 * n, 3 * n], [0, n, 3 * n, 2 * n] + ends[1]]),  # both ends
+    ]
+    corners = np.concatenate(quads)
+    faces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    return TriangleMesh(np.column_stack([np.tile(x, 4), y, z]), faces.astype(np.int32))

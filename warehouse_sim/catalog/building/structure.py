@@ -2,9 +2,17 @@
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import Size, building_model, profiled_solid
-from warehouse_sim.catalog.building.shell import WALL_SIZE, profile, profile_points
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.building.shell import WALL_SIZE, profile, profile_points, profiled_solid
+from warehouse_sim.catalog.parts import (
+    Size,
+    box_part,
+    collision_boxes,
+    fused,
+    mesh_part,
+    model_of,
+    solid_box,
+    solid_part,
+)
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.geometry.solids import lathe, prism
 from warehouse_sim.schema import LuminousFace, ObjectModel
@@ -21,7 +29,7 @@ _HEB = (0.30, 0.30, 0.011, 0.019)
 _STEEL_TUBE = 0.12
 
 
-def steel_column(name: str = "column_steel", tall: float = WALL_SIZE[2]) -> ObjectModel:
+def column_steel(name: str = "column_steel", tall: float = WALL_SIZE[2]) -> ObjectModel:
     """Build a column of the section HEB 300 on a base plate, ``tall`` m high; its web lies along x."""
     depth, width, web, flange = _HEB[1], _HEB[0], _HEB[2], _HEB[3]
     plate = 0.03
@@ -31,10 +39,10 @@ def steel_column(name: str = "column_steel", tall: float = WALL_SIZE[2]) -> Obje
     for side in (-1.0, 1.0):
         parts.append(box_part((flange, width, height), (side * (depth - flange) / 2, 0.0, z), "steel_grey"))
     solid = [solid_box((depth, width, height), (0.0, 0.0, z)), *collision_boxes(parts[:1])]
-    return building_model(name, "column", 142, (0.5, 0.5, tall), fused(parts), solid, turns=2)
+    return model_of(name, "column", 142, (0.5, 0.5, tall), fused(parts), solid, turns=2)
 
 
-def concrete_column(name: str = "column_concrete", tall: float = WALL_SIZE[2]) -> ObjectModel:
+def column_concrete(name: str = "column_concrete", tall: float = WALL_SIZE[2]) -> ObjectModel:
     """Build a precast column of 400 x 400 mm, ``tall`` m high: chamfered edges, warning stripes up to 1.5 m."""
     half, cut = 0.2, 0.015
     corners = [(half, cut - half), (half, half - cut), (half - cut, half), (cut - half, half)]
@@ -45,9 +53,9 @@ def concrete_column(name: str = "column_concrete", tall: float = WALL_SIZE[2]) -
     for index in range(5):
         paint = "guard_yellow" if index % 2 == 0 else "guard_black"
         z = -tall / 2 + 0.3 * (index + 0.5)
-        stripes.append(solid_part(prism(outline, 0.3), (1.0, 1.0, 1.0), (0.0, 0.0, z), paint))
+        stripes.append(mesh_part(prism(outline, 0.3), paint, (0.0, 0.0, z)))
     size = (2 * half, 2 * half, tall)
-    return building_model(name, "column", 143, size, (shaft, *fused(stripes)), [solid_box(size)], turns=2)
+    return model_of(name, "column", 143, size, (shaft, *fused(stripes)), turns=2)
 
 
 def column_guard(name: str = "column_guard") -> ObjectModel:
@@ -59,7 +67,7 @@ def column_guard(name: str = "column_guard") -> ObjectModel:
         z = ((index + 0.5) / bands - 0.5) * height
         parts += [box_part(size, (x, y, z), paint) for size, (x, y) in _collar(outer, wall, height / bands)]
     solid = [solid_box(size, (x, y, 0.0)) for size, (x, y) in _collar(outer, wall, height)]
-    return building_model(name, "guard", 144, (outer, outer, height), fused(parts), solid, turns=4, mass=12.0)
+    return model_of(name, "guard", 144, (outer, outer, height), fused(parts), solid, turns=4, mass=12.0)
 
 
 def ceiling(name: str = "ceiling", size: Size = CEILING_SIZE) -> ObjectModel:
@@ -72,7 +80,7 @@ def ceiling(name: str = "ceiling", size: Size = CEILING_SIZE) -> ObjectModel:
     low = height / 2 - 0.1 + 0.035 * profile(x)
     mesh = profiled_solid(x, low, np.full_like(x, height / 2), length)
     across = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # its x to y, its y up, its z to x
-    sheet = solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), "roof_sheet", across)
+    sheet = mesh_part(mesh, "roof_sheet", rotation=across)
     purlins = []
     for at in np.linspace(-length / 2 + 1.0, length / 2 - 1.0, round(length / 2)):
         purlins.append(box_part((0.073, width, 0.007), (at, 0.0, -height / 2 + 0.0035), "steel_grey"))
@@ -82,7 +90,7 @@ def ceiling(name: str = "ceiling", size: Size = CEILING_SIZE) -> ObjectModel:
         z, end, edge = (rise - height) / 2, side * (length - WALL_SIZE[1]) / 2, side * (width - WALL_SIZE[1]) / 2
         purlins.append(box_part((length, WALL_SIZE[1], rise), (0.0, edge, z), "roof_sheet"))
         purlins.append(box_part((WALL_SIZE[1], width, rise), (end, 0.0, z), "roof_sheet"))
-    return building_model(name, "ceiling", 145, size, (sheet, *fused(purlins)), [solid_box(size)], turns=2)
+    return model_of(name, "ceiling", 145, size, (sheet, *fused(purlins)), turns=2)
 
 
 def roof_truss(name: str = "roof_truss", size: Size = TRUSS_SIZE) -> ObjectModel:
@@ -98,7 +106,7 @@ def roof_truss(name: str = "roof_truss", size: Size = TRUSS_SIZE) -> ObjectModel
         parts.append(box_part((reach, web, web), (x, 0.0, 0.0), "steel_grey", rotation_y(-angle)))
     for index in range(2, panels, 2):
         parts.append(box_part((web, web, rise), (index * pitch - length / 2, 0.0, 0.0), "steel_grey"))
-    return building_model(name, "ceiling", 146, size, fused(parts), collision_boxes(parts), turns=2)
+    return model_of(name, "ceiling", 146, size, fused(parts), collision_boxes(parts), turns=2)
 
 
 def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
@@ -111,23 +119,23 @@ def highbay_luminaire(name: str = "highbay_luminaire") -> ObjectModel:
     )
     up = np.array([0.0, 0.0, 1.0])
     face = LuminousFace("electric", "led_panel", "led_panel", up, height / 2, length * width)
-    return building_model(name, "luminaire", 203, _LUMINAIRE_SIZE, parts, turns=2, luminous_face=face)
+    return model_of(name, "luminaire", 203, _LUMINAIRE_SIZE, parts, collision_boxes(parts), turns=2, luminous_face=face)
 
 
-def round_luminaire(name: str = "luminaire_round") -> ObjectModel:
+def luminaire_round(name: str = "luminaire_round") -> ObjectModel:
     """Build a round high-bay luminaire: a finned housing of 360 mm over a glowing disc, with its hanger."""
     body = lathe(((0.0, -0.06), (0.17, -0.06), (0.18, -0.04), (0.18, 0.0), (0.11, 0.02), (0.10, 0.09), (0.0, 0.09)))
     hanger = lathe(((0.0, 0.09), (0.015, 0.09), (0.015, 0.14), (0.0, 0.14)), 8)
     disc = lathe(((0.0, -0.07), (0.16, -0.07), (0.16, -0.06), (0.0, -0.06)))
     pieces = ((body, "mast_black"), (hanger, "galvanised"), (disc, "led_panel"))
-    parts = [solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, -0.035), paint) for mesh, paint in pieces]
+    parts = [mesh_part(mesh, paint, (0.0, 0.0, -0.035)) for mesh, paint in pieces]
     solid = [solid_box((0.36, 0.36, 0.09), (0.0, 0.0, -0.06)), solid_box((0.22, 0.22, 0.12), (0.0, 0.0, 0.045))]
     up = np.array([0.0, 0.0, 1.0])
     face = LuminousFace("electric", "led_panel", "led_panel", up, 0.105, np.pi * 0.16**2)
-    return building_model(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4, luminous_face=face)
+    return model_of(name, "luminaire", 147, (0.36, 0.36, 0.21), parts, solid, turns=4, luminous_face=face)
 
 
-def trunking_luminaire(name: str = "luminaire_trunking", length: float = 2.9) -> ObjectModel:
+def luminaire_trunking(name: str = "luminaire_trunking", length: float = 2.9) -> ObjectModel:
     """Build ``length`` m of light-line trunking, as it hangs in rows over aisles."""
     width, height, glow = 0.08, 0.09, 0.03
     parts = (
@@ -136,7 +144,9 @@ def trunking_luminaire(name: str = "luminaire_trunking", length: float = 2.9) ->
     )
     up = np.array([0.0, 0.0, 1.0])
     face = LuminousFace("electric", "led_panel", "led_panel", up, height / 2, length * width)
-    return building_model(name, "luminaire", 148, (length, width, height), parts, turns=2, luminous_face=face)
+    return model_of(
+        name, "luminaire", 148, (length, width, height), parts, collision_boxes(parts), turns=2, luminous_face=face
+    )
 
 
 def _collar(outer: float, wall: float, height: float) -> list[tuple[tuple[float, float, float], tuple[float, float]]]:

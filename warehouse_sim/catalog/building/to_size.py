@@ -10,10 +10,9 @@ from typing import Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.building.building_model import building_model
 from warehouse_sim.catalog.building.shell import FLOOR_SIZE, WALL_SIZE, jointed_parts, ribbed_sheet
-from warehouse_sim.catalog.building.structure import CEILING_SIZE, ceiling, concrete_column, roof_truss, steel_column
-from warehouse_sim.catalog.parts import box_part, fused, solid_box
+from warehouse_sim.catalog.building.structure import CEILING_SIZE, ceiling, column_concrete, column_steel, roof_truss
+from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_box
 from warehouse_sim.schema import ObjectModel, Part
 
 WallKind = Literal["panels", "cladding", "sandwich", "blockwork", "plaster"]
@@ -44,9 +43,16 @@ def slab_to_size(kind: FloorKind, length: float, width: float) -> ObjectModel:
     size = (length, width, FLOOR_SIZE[2])
     name = f"slab_{kind}_{_mm(length)}x{_mm(width)}"
     if kind == "concrete":
-        return building_model(name, "floor", 400, size, (box_part(size, (0.0, 0.0, 0.0), "concrete"),), turns=2)
+        return model_of(
+            name,
+            "floor",
+            400,
+            size,
+            (box_part(size, (0.0, 0.0, 0.0), "concrete"),),
+            turns=2,
+        )
     parts = jointed_parts(size, {"jointed": "concrete", "epoxy": "epoxy_grey"}[kind])
-    return building_model(name, "floor", 401, size, parts, [solid_box(size)], turns=2)
+    return model_of(name, "floor", 401, size, parts, turns=2)
 
 
 @cache
@@ -76,7 +82,7 @@ def wall_to_size(kind: WallKind, length: float, height: float, openings: tuple[O
     ]
     holes = "".join(f"_{_mm(at)}_{_mm(width)}x{_mm(tall)}" for at, width, tall in openings)
     name = f"wall_{kind}_{_mm(length)}x{_mm(height)}{holes}"
-    return building_model(name, "wall", 402, size, fused(parts), solid, turns=1 if openings else 2)
+    return model_of(name, "wall", 402, size, fused(parts), solid, turns=1 if openings else 2)
 
 
 @cache
@@ -90,7 +96,7 @@ def roof_to_size(kind: RoofKind, length: float, width: float) -> ObjectModel:
     low, bar = 0.002 - size[2] / 2, 0.024
     bars = [box_part((length, bar, 0.004), (0.0, y, low), "sign_white") for y in _spread(width - bar, _BOARD)]
     bars += [box_part((bar, width, 0.003), (x, 0.0, low + 0.0005), "sign_white") for x in _spread(length, 2 * _BOARD)]
-    return building_model(name, "ceiling", 403, size, (boards, *fused(bars)), [solid_box(size)], turns=2)
+    return model_of(name, "ceiling", 403, size, (boards, *fused(bars)), turns=2)
 
 
 @cache
@@ -102,7 +108,7 @@ def girder_to_size(kind: RoofKind, span: float) -> ObjectModel:
     size = (span, 0.22, depth)
     parts = [box_part((span, 0.22, flange), (0.0, 0.0, side * (depth - flange) / 2), "steel_grey") for side in (-1, 1)]
     parts.append(box_part((span, web, depth - 2 * flange), (0.0, 0.0, 0.0), "steel_grey"))
-    return building_model(f"roof_beam_{_mm(span)}", "ceiling", 404, size, fused(parts), [solid_box(size)], turns=2)
+    return model_of(f"roof_beam_{_mm(span)}", "ceiling", 404, size, fused(parts), turns=2)
 
 
 def girder_depth(kind: RoofKind, span: float) -> float:
@@ -115,7 +121,7 @@ def girder_depth(kind: RoofKind, span: float) -> float:
 @cache
 def column_to_size(kind: Literal["steel", "concrete"], height: float) -> ObjectModel:
     """Build a column, ``height`` m high."""
-    return (steel_column if kind == "steel" else concrete_column)(f"column_{kind}_{_mm(height)}", height)
+    return (column_steel if kind == "steel" else column_concrete)(f"column_{kind}_{_mm(height)}", height)
 
 
 def _stretch(kind: str, start: float, end: float, low: float, height: float) -> list[Part]:

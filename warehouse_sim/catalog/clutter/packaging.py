@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, placed, rod
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, rod
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.geometry.solids import lathe, superellipsoid, unit_cylinder, unit_tube
@@ -44,7 +44,7 @@ def strap_roll(name: str = "strap_roll") -> ObjectModel:
     parts = [
         solid_part(unit_tube(0.55, 32), (0.40, 0.40, 0.16), (0.0, 0.0, 0.08), "strap"),
         solid_part(unit_tube(0.9, 24), (0.22, 0.22, 0.19), (0.0, 0.0, 0.095), "kraft_dark"),
-        *(placed(rod(a, b, 0.006, 8), "strap") for a, b in pairwise(end)),
+        *(mesh_part(rod(a, b, 0.006, 8), "strap") for a, b in pairwise(end)),
     ]
     return assembled(name, "clutter", 922, parts, [solid_box((0.4, 0.4, 0.19), (0.0, 0.0, 0.095))], 12.0)
 
@@ -109,7 +109,7 @@ def film_heap(name: str = "film_heap") -> ObjectModel:
         solid_part(superellipsoid(2.8, 2.6, 48, 20), (0.62, 0.52, 0.42), (0.0, 0.0, 0.21), "sack_woven"),
         solid_part(superellipsoid(3.0, 2.2, 48, 16), (0.52, 0.58, 0.26), (0.02, 0.0, 0.13), "sack_woven"),
         solid_part(superellipsoid(2.4, 2.4, 32, 12), (0.30, 0.26, 0.22), (-0.16, 0.12, 0.30), "sack_woven"),
-        placed(neck, "sack_woven"),
+        mesh_part(neck, "sack_woven"),
         solid_part(unit_cylinder(16), (0.075, 0.075, 0.02), (0.0, 0.0, 0.47), "strap"),
     ]
     solids = [solid_box((0.60, 0.54, 0.40), (0.0, 0.0, 0.20)), solid_box((0.12, 0.12, 0.13), (0.0, 0.0, 0.485))]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, placed, rod, wheel
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, rod, wheel
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y
 from warehouse_sim.geometry.solids import unit_cylinder, unit_tube
@@ -16,7 +16,7 @@ def toolbox(name: str = "toolbox") -> ObjectModel:
         box_part((0.50, 0.22, 0.15), (0.0, 0.0, 0.075), "steel_paint_blue"),
         box_part((0.51, 0.23, 0.06), (0.0, 0.0, 0.18), "steel_paint_blue"),
         *(box_part((0.02, 0.02, 0.05), (x, 0.0, 0.235), "steel_paint_black") for x in (-0.16, 0.16)),
-        placed(rod((-0.17, 0.0, 0.262), (0.17, 0.0, 0.262), 0.012), "steel_paint_black"),
+        mesh_part(rod((-0.17, 0.0, 0.262), (0.17, 0.0, 0.262), 0.012), "steel_paint_black"),
         *(box_part((0.05, 0.006, 0.05), (x, 0.115, 0.145), "chrome") for x in (-0.14, 0.14)),
     ]
     solids = [solid_box((0.51, 0.236, 0.21), (0.0, 0.0, 0.105)), solid_box((0.34, 0.03, 0.07), (0.0, 0.0, 0.24))]
@@ -29,7 +29,7 @@ def broom(name: str = "broom") -> ObjectModel:
     parts = [
         box_part((0.05, 0.60, 0.045), (0.0, 0.0, 0.0925), "pallet_wood_tan"),
         box_part((0.07, 0.58, 0.07), (0.0, 0.0, 0.035), "plastic_red"),
-        placed(rod(start, end, 0.0125), "pallet_wood_new"),
+        mesh_part(rod(start, end, 0.0125), "pallet_wood_new"),
     ]
     step = end - start
     turn = rotation_y(float(np.arctan2(-step[2], step[0])))
@@ -64,15 +64,15 @@ def hand_truck(name: str = "hand_truck") -> ObjectModel:
     """Build a sack truck that stands on its toe plate and two wheels, 1.15 m high."""
     parts = [box_part((0.22, 0.40, 0.008), (0.11, 0.0, 0.004), "steel_paint_blue")]
     for side in (-1.0, 1.0):
-        parts.append(placed(rod((0.0, side * 0.19, 0.0), (-0.04, side * 0.19, 1.05), 0.014), "steel_paint_blue"))
-        parts.append(placed(rod((-0.04, side * 0.19, 1.05), (-0.16, side * 0.19, 1.15), 0.016), "rubber"))
+        parts.append(mesh_part(rod((0.0, side * 0.19, 0.0), (-0.04, side * 0.19, 1.05), 0.014), "steel_paint_blue"))
+        parts.append(mesh_part(rod((-0.04, side * 0.19, 1.05), (-0.16, side * 0.19, 1.15), 0.016), "rubber"))
         parts += wheel((-0.13, side * 0.25, 0.13), 0.26, 0.07, "plastic_red")
-        parts.append(placed(rod((-0.01, side * 0.19, 0.3), (-0.13, side * 0.19, 0.13), 0.01), "steel_paint_blue"))
+        parts.append(mesh_part(rod((-0.01, side * 0.19, 0.3), (-0.13, side * 0.19, 0.13), 0.01), "steel_paint_blue"))
     parts += [
-        placed(rod((-0.01 - 0.04 * z, -0.19, z), (-0.01 - 0.04 * z, 0.19, z), 0.011), "steel_paint_blue")
+        mesh_part(rod((-0.01 - 0.04 * z, -0.19, z), (-0.01 - 0.04 * z, 0.19, z), 0.011), "steel_paint_blue")
         for z in (0.3, 0.6, 0.9)
     ]
-    parts.append(placed(rod((-0.13, -0.25, 0.13), (-0.13, 0.25, 0.13), 0.01), "fork_steel"))
+    parts.append(mesh_part(rod((-0.13, -0.25, 0.13), (-0.13, 0.25, 0.13), 0.01), "fork_steel"))
     solids = [
         solid_box((0.22, 0.40, 0.01), (0.11, 0.0, 0.005)),
         solid_box((0.26, 0.58, 0.26), (-0.13, 0.0, 0.13)),
@@ -92,12 +92,12 @@ def extension_reel(name: str = "extension_reel") -> ObjectModel:
             for y in (-0.055, 0.055)
         ),
         *(
-            placed(rod((x, y, 0.01), (0.0, y, 0.345), 0.01, 8), "steel_paint_black")
+            mesh_part(rod((x, y, 0.01), (0.0, y, 0.345), 0.01, 8), "steel_paint_black")
             for x in (-0.13, 0.13)
             for y in (-0.08, 0.08)
         ),
-        placed(rod((0.0, -0.09, 0.345), (0.0, 0.09, 0.345), 0.014, 8), "plastic_black"),
-        *(placed(rod((x, -0.09, 0.01), (x, 0.09, 0.01), 0.01, 8), "steel_paint_black") for x in (-0.13, 0.13)),
+        mesh_part(rod((0.0, -0.09, 0.345), (0.0, 0.09, 0.345), 0.014, 8), "plastic_black"),
+        *(mesh_part(rod((x, -0.09, 0.01), (x, 0.09, 0.01), 0.01, 8), "steel_paint_black") for x in (-0.13, 0.13)),
     ]
     return assembled(name, "clutter", 914, parts, [solid_box((0.30, 0.19, 0.36), (0.0, 0.0, 0.18))], 6.0)
 

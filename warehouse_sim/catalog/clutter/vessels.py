@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, placed, rod, wheel
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, rod, wheel
 from warehouse_sim.geometry.solids import lathe, prism, superellipsoid
 from warehouse_sim.schema import ObjectModel
 
@@ -19,7 +19,7 @@ def waste_bin(name: str = "waste_bin") -> ObjectModel:
     parts += [solid_part(superellipsoid(6.0, 3.0), (0.48, 0.46, 0.06), (0.0, 0.0, 0.915), "plastic_blue")]
     for side in (-1.0, 1.0):
         parts += wheel((-0.17, side * 0.215, 0.1), 0.2, 0.05, "plastic_black")
-    parts.append(placed(rod((-0.265, -0.2, 0.86), (-0.265, 0.2, 0.86), 0.014), "plastic_black"))
+    parts.append(mesh_part(rod((-0.265, -0.2, 0.86), (-0.265, 0.2, 0.86), 0.014), "plastic_black"))
     solids = [solid_box((0.45, 0.46, 0.87), (0.02, 0.0, 0.435)), solid_box((0.54, 0.48, 0.08), (-0.02, 0.0, 0.9))]
     return assembled(name, "clutter", 900, parts, solids, 10.0)
 
@@ -38,8 +38,8 @@ def bucket(name: str = "bucket") -> ObjectModel:
     )
     angle = np.linspace(-np.pi / 2, np.pi / 2, 13)
     path = np.column_stack([0.158 * np.cos(angle), 0.158 * np.sin(angle), 0.262 - 0.05 * np.cos(angle)])
-    parts = [placed(lathe(shell, 24), "plastic_red")]
-    parts += [placed(rod(a, b, 0.004, 8), "galvanised") for a, b in pairwise(path)]
+    parts = [mesh_part(lathe(shell, 24), "plastic_red")]
+    parts += [mesh_part(rod(a, b, 0.004, 8), "galvanised") for a, b in pairwise(path)]
     return assembled(name, "clutter", 901, parts, [solid_box((0.3, 0.3, 0.285), (0.0, 0.0, 0.1425))], 0.9)
 
 
@@ -49,9 +49,9 @@ def canister(name: str = "canister") -> ObjectModel:
         solid_part(superellipsoid(8.0, 10.0), (0.29, 0.25, 0.34), (0.0, 0.0, 0.17), "plastic_blue"),
         box_part((0.16, 0.035, 0.03), (-0.02, 0.0, 0.385), "plastic_blue"),
         *(box_part((0.03, 0.035, 0.06), (x, 0.0, 0.35), "plastic_blue") for x in (-0.085, 0.045)),
-        placed(lathe(((0.0, 0.33), (0.03, 0.33), (0.03, 0.375), (0.0, 0.375)), 16), "plastic_red"),
+        mesh_part(lathe(((0.0, 0.33), (0.03, 0.33), (0.03, 0.375), (0.0, 0.375)), 16), "plastic_red"),
     ]
-    parts[-1] = solid_part(parts[-1].mesh, (1.0, 1.0, 1.0), (0.1, 0.0, 0.0), "plastic_red")
+    parts[-1] = mesh_part(parts[-1].mesh, "plastic_red", (0.1, 0.0, 0.0))
     solids = [solid_box((0.29, 0.25, 0.34), (0.0, 0.0, 0.17)), solid_box((0.23, 0.06, 0.06), (0.015, 0.0, 0.37))]
     return assembled(name, "clutter", 902, parts, solids, 21.0)
 
@@ -72,6 +72,6 @@ def pallet_box(name: str = "pallet_box") -> ObjectModel:
         at = (x * (length / 2 - 0.035), y * (width / 2 - 0.035), height / 2)
         parts.append(box_part((0.04, 0.04, height - 0.002), at, "pallet_wood_grey"))
     coil = prism(tuple((0.11 * float(np.cos(a)), 0.11 * float(np.sin(a))) for a in np.arange(20) * np.pi / 10), 0.06)
-    parts.append(solid_part(coil, (1.0, 1.0, 1.0), (0.1, 0.0, board + 0.03), "steel_paint_black"))
+    parts.append(mesh_part(coil, "steel_paint_black", (0.1, 0.0, board + 0.03)))
     parts += [box_part((0.05, 0.3, 0.05), (-0.15 + k * 0.08, 0.0, board + 0.025), "fork_steel") for k in (0, 1)]
     return assembled(name, "clutter", 903, parts, [solid_box((length, width, height), (0.0, 0.0, height / 2))], 14.0)

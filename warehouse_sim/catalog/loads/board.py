@@ -6,8 +6,7 @@ angles of laminated board, commonly 50 x 50 mm and 3-6 mm thick. Solid board wei
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, collision_boxes, model_of
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.solids import prism
 from warehouse_sim.geometry.symmetry import SymmetryGroup
@@ -31,23 +30,17 @@ CORNER_POSTS = {
 
 
 def slip_sheet(name: str) -> ObjectModel:
-    """Build the sheet called ``name`` ("slip_sheet_1200x800").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``SLIP_SHEETS``.
-    """
-    if name not in SLIP_SHEETS:
-        raise UnknownNameError("slip sheet", name, list(SLIP_SHEETS))
+    """Build the sheet called ``name`` ("slip_sheet_1200x800")."""
     obj_id, length, width = SLIP_SHEETS[name]
     size = (length, width, SHEET)
     sheet = box_part(size, (0.0, 0.0, 0.0), "kraft_dark")
-    return ObjectModel(
-        name=name,
-        class_name="slip_sheet",
-        obj_id=obj_id,
-        size=np.array(size),
-        parts=(sheet,),
-        collision=collision_boxes((sheet,)),
+    return model_of(
+        name,
+        "slip_sheet",
+        obj_id,
+        size,
+        (sheet,),
+        collision_boxes((sheet,)),
         mass=_DENSITY * length * width * SHEET,
         symmetry=SymmetryGroup.cuboid(),
     )
@@ -57,22 +50,17 @@ def corner_post(name: str) -> ObjectModel:
     """Build the post called ``name`` ("corner_post_1000"); its corner is at -x -y and its legs reach to +x and +y.
 
     It has no collision boxes: the wrap holds it, so it stands where the load's corner is.
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``CORNER_POSTS``.
     """
-    if name not in CORNER_POSTS:
-        raise UnknownNameError("corner post", name, list(CORNER_POSTS))
     obj_id, height = CORNER_POSTS[name]
     half, board = POST_LEG / 2, POST_BOARD
     outline = ((-half, -half), (half, -half), (half, board - half), (board - half, board - half), (board - half, half),
                (-half, half))  # fmt: skip
-    return ObjectModel(
-        name=name,
-        class_name="corner_post",
-        obj_id=int(obj_id),
-        size=np.array([POST_LEG, POST_LEG, height]),
-        parts=(Part(prism(outline), np.array([1.0, 1.0, height]), make_transform(), "board_white"),),
-        collision=(),
+    return model_of(
+        name,
+        "corner_post",
+        int(obj_id),
+        (POST_LEG, POST_LEG, height),
+        (Part(prism(outline), np.array([1.0, 1.0, height]), make_transform(), "board_white"),),
+        (),
         mass=_DENSITY * float(height) * board * (2 * POST_LEG - board),
     )

@@ -15,8 +15,7 @@ from warehouse_sim.catalog.loads.artwork import (
     word_width,
 )
 from warehouse_sim.catalog.loads.skus import ALL_SKUS, Artwork, CartonSku
-from warehouse_sim.catalog.parts import box_part, fused, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, fused, model_of
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -37,24 +36,16 @@ _MARGIN = 0.025
 
 
 def carton(sku: str) -> ObjectModel:
-    """Build the carton called ``sku`` ("carton_600x400x300").
-
-    Raises:
-        UnknownNameError: ``sku`` is not in ``ALL_SKUS``.
-    """
-    if sku not in ALL_SKUS:
-        raise UnknownNameError("carton SKU", sku, list(ALL_SKUS))
+    """Build the carton called ``sku`` ("carton_600x400x300")."""
     item = ALL_SKUS[sku]
     size = (item.length, item.width, item.height)
-    return ObjectModel(
-        name=sku,
-        class_name="carton",
-        obj_id=item.obj_id,
-        size=np.array(size),
-        parts=_plain_parts(item) if item.artwork is None else _printed_parts(item, item.artwork),
-        collision=(solid_box(size),),
+    return model_of(
+        sku,
+        "carton",
+        item.obj_id,
+        size,
+        _plain_parts(item) if item.artwork is None else _printed_parts(item, item.artwork),
         mass=item.density * item.length * item.width * item.height,
-        # The label of a printed carton is on one long and one short side only.
         symmetry=SymmetryGroup.turns("z", 2) if item.artwork is None else SymmetryGroup.trivial(),
     )
 

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, text_lines
-from warehouse_sim.catalog.parts import fused, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import fused, mesh_part, model_of, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.solids import Outline, lathe, prism, unit_cylinder
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _SEGMENTS = 40
@@ -93,26 +91,19 @@ DRUMS = {
 
 
 def drum(name: str) -> ObjectModel:
-    """Build the drum called ``name`` ("drum_steel_216_blue").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``DRUMS``.
-    """
-    if name not in DRUMS:
-        raise UnknownNameError("drum", name, list(DRUMS))
+    """Build the drum called ``name`` ("drum_steel_216_blue")."""
     sku, material = DRUMS[name]
     body = tuple((radius, height - sku.height / 2) for radius, height in sku.profile)
-    parts = [Part(lathe(body, _SEGMENTS), np.ones(3), make_transform(), material)]
+    parts = [mesh_part(lathe(body, _SEGMENTS), material)]
     parts += _lid(sku) if sku is _OPEN_TOP else _plugs(sku)
-    return ObjectModel(
-        name=name,
-        class_name="drum",
-        obj_id=sku.obj_id,
-        size=np.array([sku.diameter, sku.diameter, sku.height]),
-        parts=(*parts, *fused(_label(sku))),
-        collision=round_body(sku.diameter, sku.height),
+    return model_of(
+        name,
+        "drum",
+        sku.obj_id,
+        (sku.diameter, sku.diameter, sku.height),
+        (*parts, *fused(_label(sku))),
+        round_body(sku.diameter, sku.height),
         mass=sku.mass,
-        symmetry=SymmetryGroup.trivial(),
     )
 
 
@@ -146,13 +137,10 @@ def _lid(sku: DrumSku) -> list[Part]:
     turns = np.linspace(-0.22, 0.22, 6)
     outer = [(radius * np.cos(a), radius * np.sin(a)) for a in turns]
     inner = [((radius - 0.008) * np.cos(a), (radius - 0.008) * np.sin(a)) for a in turns[::-1]]
-    lever = Part(
-        prism((*outer, *inner), 0.018), np.ones(3), make_transform(translation=np.array([0.0, 0.0, low + 0.017])),
-        "print_dark",
-    )  # fmt: skip
+    lever = mesh_part(prism((*outer, *inner), 0.018), "print_dark", (0.0, 0.0, low + 0.017))  # fmt: skip
     return [
-        Part(lathe(lid, _SEGMENTS), np.ones(3), make_transform(), "plastic_black"),
-        Part(lathe(ring, _SEGMENTS), np.ones(3), make_transform(), "galvanised"),
+        mesh_part(lathe(lid, _SEGMENTS), "plastic_black"),
+        mesh_part(lathe(ring, _SEGMENTS), "galvanised"),
         lever,
     ]
 
@@ -178,4 +166,4 @@ def _bent(radius: float, edges: tuple[float, float, float, float], level: float,
     outer = [(radius * float(np.cos(a)), radius * float(np.sin(a))) for a in angles]
     inner = [((radius - 0.006) * float(np.cos(a)), (radius - 0.006) * float(np.sin(a))) for a in angles[::-1]]
     centre = np.array([0.0, 0.0, level + (top + bottom) / 2])
-    return Part(prism((*outer, *inner), top - bottom), np.ones(3), make_transform(translation=centre), material)
+    return mesh_part(prism((*outer, *inner), top - bottom), material, centre)

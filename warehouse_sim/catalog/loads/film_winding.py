@@ -16,9 +16,9 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog.loads.film_skin import COLUMNS, FilmSkin, Level, Sheet, band_faces, film_skin, laid_on
 from warehouse_sim.catalog.loads.wrap import OBJ_ID
+from warehouse_sim.catalog.parts import mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import ObjectModel
 
 THIN, DOUBLE, DENSE = "stretch_film_thin", "stretch_film", "stretch_film_dense"
 """Materials of film in one pass of the machine, two of them, and many."""
@@ -65,16 +65,15 @@ def wound_film(levels: Sequence[Level], slack: float) -> tuple[ObjectModel, Floa
     points = np.concatenate([mesh.vertices for mesh in merged.values()])
     low, high = points.min(axis=0), points.max(axis=0)
     centre = (low + high) / 2
-    model = ObjectModel(
-        name=f"wrap~{tag:08x}",
-        class_name="wrap",
-        obj_id=OBJ_ID,
-        size=high - low,
-        parts=tuple(
-            Part(TriangleMesh(mesh.vertices - centre, mesh.faces), np.ones(3), make_transform(), material)
-            for material, mesh in merged.items()
+    model = model_of(
+        f"wrap~{tag:08x}",
+        "wrap",
+        OBJ_ID,
+        high - low,
+        tuple(
+            mesh_part(TriangleMesh(mesh.vertices - centre, mesh.faces), material) for material, mesh in merged.items()
         ),
-        collision=(),
+        (),
         mass=0.25,
     )
     return model, centre

@@ -8,10 +8,8 @@ import numpy as np
 
 from warehouse_sim.catalog.loads.cartons import PRINT_SKIN, TAPE_DROP, TAPE_WIDTH, carton_prints
 from warehouse_sim.catalog.loads.skus import ALL_SKUS, CartonSku
-from warehouse_sim.catalog.parts import box_part, fused, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, fused, model_of
 from warehouse_sim.geometry.pose import make_transform, rotation_x
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _FIRST_ID = 930
@@ -29,13 +27,7 @@ _PACK = 0.11
 
 
 def open_carton_of(name: str) -> ObjectModel:
-    """Build the open carton called ``name`` ("carton_600x400x300_open", "carton_600x400x300_ajar").
-
-    Raises:
-        UnknownNameError: There is none of this name.
-    """
-    if name not in OPEN_CARTONS:
-        raise UnknownNameError("open carton", name, list(OPEN_CARTONS))
+    """Build the open carton called ``name`` ("carton_600x400x300_open", "carton_600x400x300_ajar")."""
     sku, way = OPEN_CARTONS[name]
     item = ALL_SKUS[sku]
     loose = [*_body(item), *_packs(item), *_flaps(item, way)]
@@ -43,16 +35,14 @@ def open_carton_of(name: str) -> ObjectModel:
     size = np.array([item.length, item.width, high[2] - low[2]])
     T_box_body = make_transform(translation=np.array([0.0, 0.0, -(low[2] + high[2]) / 2]))
     parts = fused([*loose, *carton_prints(item)])
-    return ObjectModel(
-        name=name,
-        class_name="carton",
-        obj_id=_FIRST_ID + list(OPEN_CARTONS).index(name),
-        size=size,
-        parts=tuple(Part(part.mesh, part.scale, T_box_body @ part.T_object_part, part.material) for part in parts),
-        collision=(solid_box(size.tolist()),),
+    return model_of(
+        name,
+        "carton",
+        _FIRST_ID + list(OPEN_CARTONS).index(name),
+        size,
+        tuple(Part(part.mesh, part.scale, T_box_body @ part.T_object_part, part.material) for part in parts),
         mass=_MASS_LEFT * item.density * item.length * item.width * item.height,
         bears=0.0,
-        symmetry=SymmetryGroup.trivial(),
     )
 
 

@@ -9,12 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import ObjectModel
 
 _AROUND, _STATIONS = 32, 25
 _PRINT = 0.0012
@@ -83,13 +80,8 @@ def sack(name: str, every: int = 1) -> ObjectModel:
         name: Of its SKU.
         every: Keep each how manieth point of its outlines, along and around: 2 has a quarter of the triangles, for
             what stands far away.
-
-    Raises:
-        UnknownNameError: ``name`` is neither in ``SACKS`` nor in ``SACK_SHAPES``.
     """
     known = SACKS | SACK_SHAPES
-    if name not in known:
-        raise UnknownNameError("sack", name, list(known))
     sku, material = known[name]
     size = np.array([sku.length, sku.width, sku.height])
     rings = (_rings(sku.obj_id) if name in SACKS else _slumped(_rings(sku.obj_id), sku.obj_id)) * size / 2
@@ -98,18 +90,16 @@ def sack(name: str, every: int = 1) -> ObjectModel:
     printed = rings + np.sign(rings) * [0.0, _PRINT, _PRINT]
     fields = [_skin(printed[first // every : max(last // every, first // every + 1) + 1]) for first, last in sku.fields]
     body, field = _fitted([_skin(rings), merge(fields)], size)
-    return ObjectModel(
-        name=name,
-        class_name="sack",
-        obj_id=sku.obj_id,
-        size=size,
-        parts=(
-            Part(body, np.ones(3), make_transform(), material),
-            Part(field, np.ones(3), make_transform(), sku.print_material),
+    return model_of(
+        name,
+        "sack",
+        sku.obj_id,
+        size,
+        (
+            mesh_part(body, material),
+            mesh_part(field, sku.print_material),
         ),
-        collision=(solid_box(size.tolist()),),
         mass=sku.mass,
-        symmetry=SymmetryGroup.trivial(),
     )
 
 

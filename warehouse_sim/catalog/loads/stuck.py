@@ -30,11 +30,7 @@ _ASKEW = 0.035
 
 
 def stuck_carton(sku: str, rng: np.random.Generator) -> ObjectModel:
-    """Return the carton called ``sku`` with its label and print where ``rng`` puts them; its meaning is unchanged.
-
-    Raises:
-        UnknownNameError: There is no such SKU.
-    """
+    """Return the carton called ``sku`` with its label and print where ``rng`` puts them; its meaning is unchanged."""
     model, item = carton(sku), ALL_SKUS[sku]
     parts = (*_body(item), *_prints(item, rng), *_label(item, rng))
     tag = zlib.crc32(b"".join(part.T_object_part.tobytes() + part.scale.tobytes() for part in parts))

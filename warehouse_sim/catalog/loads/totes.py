@@ -10,10 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
-from warehouse_sim.catalog.parts import Triple, box_part, fused, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import Triple, box_part, fused, model_of, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _WALL, _RIM, _RIM_HEIGHT = 0.004, 0.013, 0.022
@@ -58,25 +56,18 @@ TOTES = {f"tote_{sku.module}_{color}": (sku, material) for sku in _SKUS for colo
 
 
 def tote(name: str) -> ObjectModel:
-    """Build the container called ``name`` ("tote_600x400x280_grey").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``TOTES``.
-    """
-    if name not in TOTES:
-        raise UnknownNameError("tote", name, list(TOTES))
+    """Build the container called ``name`` ("tote_600x400x280_grey")."""
     sku, material = TOTES[name]
     size = (sku.length, sku.width, sku.height)
     shell = [replace(part, material=material) for part in (*_shell(sku), *(_lid(sku) if sku.lid else ()))]
-    return ObjectModel(
-        name=name,
-        class_name="tote",
-        obj_id=sku.obj_id,
-        size=np.array(size),
-        parts=fused([*shell, *_label(sku), *([] if sku.lid else _goods(sku))]),
-        collision=(solid_box(size),) if sku.lid else _hollow(sku),
+    return model_of(
+        name,
+        "tote",
+        sku.obj_id,
+        size,
+        fused([*shell, *_label(sku), *([] if sku.lid else _goods(sku))]),
+        (solid_box(size),) if sku.lid else _hollow(sku),
         mass=sku.mass,
-        symmetry=SymmetryGroup.trivial(),
     )
 
 

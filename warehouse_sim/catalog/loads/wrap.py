@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import mesh_part, model_of
 from warehouse_sim.geometry.convex import grown
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import ObjectModel
 
 OBJ_ID = 60
 FILM_WIDTH, OVERLAP = 0.5, 0.2
@@ -45,13 +44,7 @@ class Slice:
 
 
 def wrap(name: str) -> ObjectModel:
-    """Build the shell called ``name`` ("wrap_1200x800x1000").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``WRAPS``.
-    """
-    if name not in WRAPS:
-        raise UnknownNameError("wrap", name, list(WRAPS))
+    """Build the shell called ``name`` ("wrap_1200x800x1000")."""
     length, width, height = WRAPS[name]
     outline = np.array([[-length, -width], [length, -width], [length, width], [-length, width]]) / 2
     return replace(stretch_wrap([Slice(outline, 0.0, height)])[0], name=name)
@@ -69,13 +62,13 @@ def stretch_wrap(slices: Sequence[Slice]) -> tuple[ObjectModel, Float[np.ndarray
     centred = TriangleMesh(mesh.vertices - centre, mesh.faces)
     size = high - low
     tag = zlib.crc32(np.round(centred.vertices, 6).tobytes())
-    model = ObjectModel(
-        name=f"wrap~{tag:08x}",
-        class_name="wrap",
-        obj_id=OBJ_ID,
-        size=size,
-        parts=(Part(centred, np.ones(3), make_transform(), "stretch_film"),),
-        collision=(),
+    model = model_of(
+        f"wrap~{tag:08x}",
+        "wrap",
+        OBJ_ID,
+        size,
+        (mesh_part(centred, "stretch_film"),),
+        (),
         mass=0.25,
     )
     return model, centre

@@ -3,63 +3,50 @@
 Frame of all: origin at the centre of the bounding box, x along the longer edge, z up.
 """
 
-from collections.abc import Callable
-
 from warehouse_sim.catalog.pallets import block_pallet, plans, plastic, stringer_pallet
-from warehouse_sim.catalog.pallets.wear import WearConfig, damaged
-from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.schema import ObjectModel
 
 LENGTH, WIDTH, HEIGHT = 1.2, 0.8, 0.144
 """Outer edges of the EPAL 1 pallet (m)."""
-
-_USED, _NEW, _GREY = (
-    ("pallet_wood", "pallet_block"),
-    ("pallet_wood_new", "pallet_block"),
-    ("pallet_wood_grey", "pallet_block_grey"),
-)
-
-PALLETS: dict[str, Callable[[str], ObjectModel]] = {
-    "epal1": lambda name: block_pallet.build(plans.EPAL1, name, *_USED),
-    "epal1_new": lambda name: block_pallet.build(plans.EPAL1, name, *_NEW),
-    "epal1_grey": lambda name: block_pallet.build(plans.EPAL1, name, *_GREY),
-    "epal2": lambda name: block_pallet.build(plans.EPAL2, name, *_USED),
-    "epal3": lambda name: block_pallet.build(plans.EPAL3, name, *_USED),
-    "epal6": lambda name: block_pallet.build(plans.EPAL6, name, *_USED),
-    "epal7": lambda name: block_pallet.build(plans.EPAL7, name, *_USED),
-    "gma_48x40": lambda name: stringer_pallet.build(name, "pallet_wood", "pallet_wood"),
-    "blue_block_1200x1000": lambda name: block_pallet.build(plans.BLUE_BLOCK, name, "pallet_blue", "pallet_blue"),
-    "plastic_runners": lambda name: plastic.on_runners(name, "plastic_grey"),
-    "plastic_runners_blue": lambda name: plastic.on_runners(name, "plastic_blue"),
-    "plastic_nestable": lambda name: plastic.on_feet(name, "plastic_black"),
-    "plastic_nestable_grey": lambda name: plastic.on_feet(name, "plastic_grey"),
+Plan = block_pallet.BlockPallet | stringer_pallet.StringerPallet | plastic.RunnerPallet | plastic.FootPallet
+PALLETS: dict[str, tuple[Plan, str, str]] = {
+    "epal1": (plans.EPAL1, "pallet_wood", "pallet_block"),
+    "epal1_new": (plans.EPAL1, "pallet_wood_new", "pallet_block"),
+    "epal1_grey": (plans.EPAL1, "pallet_wood_grey", "pallet_block_grey"),
+    "epal2": (plans.EPAL2, "pallet_wood", "pallet_block"),
+    "epal3": (plans.EPAL3, "pallet_wood", "pallet_block"),
+    "epal6": (plans.EPAL6, "pallet_wood", "pallet_block"),
+    "epal7": (plans.EPAL7, "pallet_wood", "pallet_block"),
+    "gma_48x40": (stringer_pallet.GMA, "pallet_wood", "pallet_wood"),
+    "blue_block_1200x1000": (plans.BLUE_BLOCK, "pallet_blue", "pallet_blue"),
+    "plastic_runners": (plastic.RUNNERS, "plastic_grey", ""),
+    "plastic_runners_blue": (plastic.RUNNERS, "plastic_blue", ""),
+    "plastic_nestable": (plastic.FEET, "plastic_black", ""),
+    "plastic_nestable_grey": (plastic.FEET, "plastic_grey", ""),
 }
-"""Catalog name -> builder; looks of one geometry share its obj_id."""
-
-
-_EPAL1_LOOKS = ("epal1", "epal1_new", "epal1_grey")
+"""Catalog name -> plan, material of boards or plastic, and of blocks; looks of one geometry share its obj_id."""
 
 
 def pallet(name: str) -> ObjectModel:
-    """Build the pallet called ``name``.
+    """Build the pallet called ``name``."""
+    return built(name, *PALLETS[name])
 
-    Raises:
-        UnknownNameError: ``name`` is not in ``PALLETS``.
+
+def built(name: str, plan: Plan, board: str, block: str) -> ObjectModel:
+    """Return the pallet of a plan.
+
+    Args:
+        name: What it is called.
+        plan: What to build.
+        board: Material of the boards, or of what is moulded.
+        block: Material of wooden blocks and stringers.
     """
-    if name not in PALLETS:
-        raise UnknownNameError("pallet", name, list(PALLETS))
-    return PALLETS[name](name)
-
-
-def epal1(name: str = "epal1") -> ObjectModel:
-    """Build the EPAL 1 pallet; its three looks ("epal1", "epal1_new", "epal1_grey") are one geometry, obj_id 1.
-
-    Raises:
-        UnknownNameError: ``name`` is none of the three looks.
-    """
-    if name not in _EPAL1_LOOKS:
-        raise UnknownNameError("look of the EPAL 1 pallet", name, list(_EPAL1_LOOKS))
-    return pallet(name)
-
-
-__all__ = ["HEIGHT", "LENGTH", "PALLETS", "WIDTH", "WearConfig", "damaged", "epal1", "pallet"]
+    match plan:
+        case block_pallet.BlockPallet():
+            return block_pallet.build(plan, name, board, block)
+        case stringer_pallet.StringerPallet():
+            return stringer_pallet.build(plan, name, board, block)
+        case plastic.RunnerPallet():
+            return plastic.on_runners(plan, name, board)
+        case plastic.FootPallet():
+            return plastic.on_feet(plan, name, board)

@@ -11,10 +11,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
+from warehouse_sim.catalog.pallets.pockets import Window, pallet_model, window_between
 from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _STEEL = 0.003
@@ -93,18 +92,9 @@ def build(plan: BlockPallet, name: str, board: str, block: str) -> ObjectModel:
     # Physics sees the deck as one plate: nothing that stands on it is small enough to feel the gaps.
     x, y, height = (float(edge) for edge in plan.size)
     plate = solid_box((x, y, plan.board), (0.0, 0.0, (plan.deck_bottom + height) / 2.0 - height / 2.0))
-    return ObjectModel(
-        name=name,
-        class_name="pallet",
-        obj_id=plan.obj_id,
-        size=plan.size,
-        parts=(*deck, *frame, *in_role(_brackets(plan), "bracket")),
-        collision=(plate, *collision_boxes(frame), *_bracket_solids(plan)),
-        mass=plan.mass,
-        symmetry=SymmetryGroup.turns("z", 2),
-        pockets=pockets_behind(_windows(plan), plan.size),
-        make=plan.make,
-    )
+    parts = (*deck, *frame, *in_role(_brackets(plan), "bracket"))
+    solids = (plate, *collision_boxes(frame), *_bracket_solids(plan))
+    return pallet_model(name, plan.obj_id, plan.mass, plan.size, parts, solids, _windows(plan), plan.make)
 
 
 def _deck_boards(plan: BlockPallet, material: str) -> list[Part]:

@@ -3,12 +3,13 @@
 Every site has some: one-way pallets, pallets of one trade or one supplier, each a few centimetres off the standards.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.pallets import block_pallet, plastic, stringer_pallet
+from warehouse_sim.catalog.pallets import Plan, block_pallet, built, plastic, stringer_pallet
 from warehouse_sim.ranges import Range, check_ranges
 from warehouse_sim.schema import ObjectModel
 
@@ -63,15 +64,9 @@ def parametric_pallet(name: str, obj_id: int, shape: PalletShape, material: str)
         shape: Its sizes.
         material: What it is made of.
     """
-    match shape.kind:
-        case "skids" | "perimeter":
-            return block_pallet.build(_block_plan(obj_id, shape), name, material, material)
-        case "stringers" | "notched_stringers":
-            return stringer_pallet.build(name, material, material, _stringer_plan(obj_id, shape))
-        case "runners":
-            return plastic.on_runners(name, material, _runner_plan(obj_id, shape))
-        case "feet":
-            return plastic.on_feet(name, material, _foot_plan(obj_id, shape))
+    plan = _PLANS[shape.kind](obj_id, shape)
+    model = built(name, plan, material, material)
+    return replace(model, mass=_wooden_mass(model)) if plan.mass == 0.0 else model
 
 
 def _block_plan(obj_id: int, shape: PalletShape) -> block_pallet.BlockPallet:
@@ -79,7 +74,7 @@ def _block_plan(obj_id: int, shape: PalletShape) -> block_pallet.BlockPallet:
     if shape.deck_along == "y":
         along, across = across, along
     posts = shape.post, shape.middle_post
-    plan = block_pallet.BlockPallet(
+    return block_pallet.BlockPallet(
         obj_id=obj_id,
         along=along,
         across=across,
@@ -93,8 +88,6 @@ def _block_plan(obj_id: int, shape: PalletShape) -> block_pallet.BlockPallet:
         deck_along=shape.deck_along,
         make="",
     )
-    model = block_pallet.build(plan, "", "", "")
-    return block_pallet.BlockPallet(**{**vars(plan), "mass": _wooden_mass(model)})
 
 
 def _stringer_plan(obj_id: int, shape: PalletShape) -> stringer_pallet.StringerPallet:
@@ -106,7 +99,7 @@ def _stringer_plan(obj_id: int, shape: PalletShape) -> stringer_pallet.StringerP
         notch = (0.19 * shape.length, 0.4 * shape.opening)
         # Boards of the lower deck leave the notches open.
         lead, inner = min(lead, from_end), min(inner, 0.1 * shape.length)
-    plan = stringer_pallet.StringerPallet(
+    return stringer_pallet.StringerPallet(
         obj_id=obj_id,
         length=shape.length,
         width=shape.width,
@@ -119,8 +112,6 @@ def _stringer_plan(obj_id: int, shape: PalletShape) -> stringer_pallet.StringerP
         top_boards=shape.boards,
         mass=0.0,
     )
-    model = stringer_pallet.build("", "", "", plan)
-    return stringer_pallet.StringerPallet(**{**vars(plan), "mass": _wooden_mass(model)})
 
 
 def _runner_plan(obj_id: int, shape: PalletShape) -> plastic.RunnerPallet:
@@ -176,3 +167,13 @@ def _wooden_mass(model: ObjectModel) -> float:
 def _moulded_mass(shape: PalletShape) -> float:
     """Return the mass (kg), in proportion to 18 kg of 1200 x 800 x 150 mm."""
     return 18.0 * shape.length * shape.width / 0.96 * (shape.opening + shape.board) / 0.13
+
+
+_PLANS: dict[PalletKind, Callable[[int, PalletShape], Plan]] = {
+    "skids": _block_plan,
+    "perimeter": _block_plan,
+    "stringers": _stringer_plan,
+    "notched_stringers": _stringer_plan,
+    "runners": _runner_plan,
+    "feet": _foot_plan,
+}

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.catalog.pallets.moulded import Rectangle, grid_deck, nesting_foot, ribbed_block
-from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
-from warehouse_sim.catalog.parts import box_part, in_role, solid_box, solid_part
+from warehouse_sim.catalog.pallets.pockets import Window, pallet_model, window_between
+from warehouse_sim.catalog.parts import box_part, in_role, mesh_part, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _ONE = (1.0, 1.0, 1.0)
@@ -77,7 +76,7 @@ class FootPallet:
 RUNNERS, FEET = RunnerPallet(obj_id=8), FootPallet(obj_id=9)
 
 
-def on_runners(name: str, plastic: str, plan: RunnerPallet = RUNNERS) -> ObjectModel:
+def on_runners(plan: RunnerPallet, name: str, plastic: str) -> ObjectModel:
     """Return the pallet on three runners, of the material ``plastic``."""
     lanes = _lanes(plan)
     rows = [(x, y, width) for x in _middles(plan.length, plan.block) for y, width in lanes]
@@ -86,10 +85,10 @@ def on_runners(name: str, plastic: str, plan: RunnerPallet = RUNNERS) -> ObjectM
     upright = plan.height - plan.deck - plan.runner
     block_z = plan.runner + (upright - plan.height) / 2
     deck_z, low = (plan.height - plan.deck) / 2, (plan.runner - plan.height) / 2
-    parts = [solid_part(deck, _ONE, (0.0, 0.0, deck_z), plastic)]
+    parts = [mesh_part(deck, plastic, (0.0, 0.0, deck_z))]
     for x, y, width in rows:
         block = ribbed_block(plan.block, width, upright, *_RIBS)
-        parts.append(solid_part(block, _ONE, (x, y, block_z), plastic))
+        parts.append(mesh_part(block, plastic, (x, y, block_z)))
     parts += [box_part((plan.length, width, plan.runner), (0.0, y, low), plastic) for y, width in lanes]
     solids = [solid_box((plan.block, width, upright), (x, y, block_z)) for x, y, width in rows]
     solids += [solid_box((plan.length, width, plan.runner), (0.0, y, low)) for y, width in lanes]
@@ -98,7 +97,7 @@ def on_runners(name: str, plastic: str, plan: RunnerPallet = RUNNERS) -> ObjectM
     return _moulded(name, plan, parts, solids, ends, sides)
 
 
-def on_feet(name: str, plastic: str, plan: FootPallet = FEET) -> ObjectModel:
+def on_feet(plan: FootPallet, name: str, plastic: str) -> ObjectModel:
     """Return the pallet on nine nesting feet, of the material ``plastic``."""
     upright = plan.height - plan.deck
     (length, width), inset = plan.foot_top, plan.inset
@@ -107,8 +106,8 @@ def on_feet(name: str, plastic: str, plan: FootPallet = FEET) -> ObjectModel:
     mouths: tuple[Rectangle, ...] = tuple((x, y, length - 2 * _WALL, width - 2 * _WALL) for x, y in places)
     deck = grid_deck(plan.length, plan.width, plan.deck, _holes(plan), _RIB, _BORDER, open_=mouths)
     foot = nesting_foot(plan.foot_top, plan.foot_bottom, upright, _WALL, _FOOT_RADIUS)
-    parts: list[Part] = [solid_part(deck, _ONE, (0.0, 0.0, (plan.height - plan.deck) / 2), plastic)]
-    parts += [solid_part(foot, _ONE, (x, y, -plan.deck / 2), plastic) for x, y in places]
+    parts: list[Part] = [mesh_part(deck, plastic, (0.0, 0.0, (plan.height - plan.deck) / 2))]
+    parts += [mesh_part(foot, plastic, (x, y, -plan.deck / 2)) for x, y in places]
     # The narrow end of a foot, so that no box is wider than the foot it stands for.
     solids: list[OrientedBox] = [solid_box((*plan.foot_bottom, upright), (x, y, -plan.deck / 2)) for x, y in places]
     ends = window_between(width + inset, width, plan.width, 0.0, upright)
@@ -127,17 +126,8 @@ def _moulded(
     """Return the pallet of these parts and uprights, with pockets on all sides."""
     plate = solid_box((plan.length, plan.width, plan.deck), (0.0, 0.0, (plan.height - plan.deck) / 2))
     size = np.array([plan.length, plan.width, plan.height])
-    return ObjectModel(
-        name=name,
-        class_name="pallet",
-        obj_id=plan.obj_id,
-        size=size,
-        parts=tuple(in_role(parts, "moulded")),
-        collision=(plate, *solids),
-        mass=plan.mass,
-        symmetry=SymmetryGroup.turns("z", 2),
-        pockets=pockets_behind({"-x": ends, "+x": ends, "-y": sides, "+y": sides}, size),
-    )
+    windows = {"-x": ends, "+x": ends, "-y": sides, "+y": sides}
+    return pallet_model(name, plan.obj_id, plan.mass, size, in_role(parts, "moulded"), (plate, *solids), windows)
 
 
 def _holes(plan: RunnerPallet | FootPallet) -> tuple[int, int]:

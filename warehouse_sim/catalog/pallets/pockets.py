@@ -1,12 +1,15 @@
 """Where forks enter a pallet: two windows on a face, and the prisms behind them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.schema import Pocket
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.schema import ObjectModel, Part, Pocket
 
 _INWARDS = {"-x": (1.0, 0.0), "+x": (-1.0, 0.0), "-y": (0.0, 1.0), "+y": (0.0, -1.0)}
 
@@ -57,3 +60,28 @@ def pockets_behind(windows: dict[str, Window], size: Float[np.ndarray, " 3"]) ->
             prism = np.array([depth, window.width, window.top - window.bottom])
             pockets.append(Pocket(face, make_transform(rotation, centre), prism))
     return tuple(pockets)
+
+
+def pallet_model(
+    name: str,
+    obj_id: int,
+    mass: float,
+    size: Float[np.ndarray, " 3"],
+    parts: Sequence[Part],
+    collision: Sequence[OrientedBox],
+    windows: dict[str, Window],
+    make: str = "",
+) -> ObjectModel:
+    """Return the pallet of these parts, with pockets behind its ``windows``; ``make`` is the mark that it bears."""
+    return ObjectModel(
+        name=name,
+        class_name="pallet",
+        obj_id=obj_id,
+        size=size,
+        parts=tuple(parts),
+        collision=tuple(collision),
+        mass=mass,
+        symmetry=SymmetryGroup.turns("z", 2),
+        pockets=pockets_behind(windows, size),
+        make=make,
+    )

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
-from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, solid_box, solid_part
+from warehouse_sim.catalog.pallets.pockets import Window, pallet_model, window_between
+from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, mesh_part, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.solids import Outline, prism
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _INCH = 0.0254
@@ -66,25 +65,17 @@ class StringerPallet:
 GMA = StringerPallet(obj_id=6)
 
 
-def build(name: str, board: str, stringer: str, plan: StringerPallet = GMA) -> ObjectModel:
+def build(plan: StringerPallet, name: str, board: str, stringer: str) -> ObjectModel:
     """Return the pallet of ``plan`` with boards and stringers of the given materials."""
     top = _boards(plan, _top_layout(plan), plan.height - plan.board, board)
     bottom = _boards(plan, _bottom_layout(plan), 0.0, board)
     beam = prism(_outline(plan), plan.stringer[0])
-    stringers = [solid_part(beam, (1.0, 1.0, 1.0), (0.0, y, 0.0), stringer, _ON_EDGE) for y in _stringer_rows(plan)]
+    stringers = [mesh_part(beam, stringer, (0.0, y, 0.0), _ON_EDGE) for y in _stringer_rows(plan)]
     plate = solid_box((plan.length, plan.width, plan.board), (0.0, 0.0, (plan.height - plan.board) / 2))
     size = np.array([plan.length, plan.width, plan.height])
-    return ObjectModel(
-        name=name,
-        class_name="pallet",
-        obj_id=plan.obj_id,
-        size=size,
-        parts=(*in_role(top, "deck"), *in_role(stringers, "stringer"), *in_role(bottom, "base")),
-        collision=(plate, *_stringer_solids(plan), *collision_boxes(bottom)),
-        mass=plan.mass,
-        symmetry=SymmetryGroup.turns("z", 2),
-        pockets=pockets_behind(_windows(plan), size),
-    )
+    parts = (*in_role(top, "deck"), *in_role(stringers, "stringer"), *in_role(bottom, "base"))
+    solids = (plate, *_stringer_solids(plan), *collision_boxes(bottom))
+    return pallet_model(name, plan.obj_id, plan.mass, size, parts, solids, _windows(plan))
 
 
 def _stringer_rows(plan: StringerPallet) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import moved, on_side, word
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box
 from warehouse_sim.catalog.racks.beams import BEAM_DEPTH, STEP_DEPTH, STEP_HEIGHT
 from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
 from warehouse_sim.geometry.solids import prism
@@ -49,15 +49,7 @@ def _notice(name: str, lines: tuple[str, ...]) -> ObjectModel:
     parts.append(box_part((0.56, _INK, 0.012), (0.0, face, -0.185), "print_red"))
     for line, height in zip(lines, np.linspace(0.07, 0.07 - 0.1 * (len(lines) - 1), len(lines)), strict=True):
         parts += on_side(moved(word(line, _LETTERS), 0.0, float(height)), "-y", _SIZE, "print_dark", 0.0, _INK)
-    return ObjectModel(
-        name=name,
-        class_name="sign",
-        obj_id=121,
-        size=np.array(_SIZE),
-        parts=(plate, *fused(parts)),
-        collision=(solid_box(_SIZE),),
-        mass=1.3,
-    )
+    return model_of(name, "sign", 121, _SIZE, (plate, *fused(parts)), mass=1.3)
 
 
 DECK_DEPTH = FRAME_DEPTH - 2 * (BEAM_DEPTH - STEP_DEPTH) - 0.004
@@ -98,18 +90,18 @@ def upright_guard(name: str = "upright_guard") -> ObjectModel:
     bend = 0.0025
     right = ((i, y), (i, -y + j + bend), (x - j - bend, -y + sheet))
     inside = (*right, *((-a, b) for a, b in reversed(right)))
-    bent = solid_part(prism((*outline, *inside), GUARD_HEIGHT - foot), (1, 1, 1), (0.0, 0.0, foot / 2), "guard_yellow")
+    bent = mesh_part(prism((*outline, *inside), GUARD_HEIGHT - foot), "guard_yellow", (0.0, 0.0, foot / 2))
     plate = box_part((width, depth, foot), (0.0, 0.0, (foot - GUARD_HEIGHT) / 2), "guard_yellow")
     band = [(side * (x - sheet / 2), 0.0, foot / 2) for side in (-1.0, 1.0)]
     sides = [solid_box((sheet, depth, GUARD_HEIGHT - foot), at) for at in band]
     front = solid_box((2 * x, j + sheet, GUARD_HEIGHT - foot), (0.0, -y + (j + sheet) / 2, foot / 2))
-    return ObjectModel(
-        name=name,
-        class_name="guard",
-        obj_id=119,
-        size=np.array([width, depth, GUARD_HEIGHT]),
-        parts=fused([plate, bent]),
-        collision=(front, *sides, *collision_boxes([plate])),
+    return model_of(
+        name,
+        "guard",
+        119,
+        (width, depth, GUARD_HEIGHT),
+        fused([plate, bent]),
+        (front, *sides, *collision_boxes([plate])),
         mass=4.5,
     )
 
@@ -135,13 +127,13 @@ def rack_end_guard(name: str = "rack_end_guard") -> ObjectModel:
             rails.append(box_part((rail, span / pieces, 0.1), (0.03 + rail / 2 - 0.02, y, z), paint))
     parts = [*posts, *feet, *rails]
     solid = [box_part((rail, length, 0.1), (0.01 + rail / 2, 0.0, z), "guard_yellow") for z in (-0.06, 0.13)]
-    return ObjectModel(
-        name=name,
-        class_name="guard",
-        obj_id=120,
-        size=np.array([post, length, GUARD_HEIGHT]),
-        parts=fused(parts),
-        collision=collision_boxes([*posts, *feet, *solid]),
+    return model_of(
+        name,
+        "guard",
+        120,
+        (post, length, GUARD_HEIGHT),
+        fused(parts),
+        collision_boxes([*posts, *feet, *solid]),
         mass=28.0,
     )
 
@@ -181,26 +173,10 @@ def row_spacer(name: str = "row_spacer") -> ObjectModel:
 
 
 def _plate(name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], mass: float) -> ObjectModel:
-    return ObjectModel(
-        name=name,
-        class_name="sign",
-        obj_id=obj_id,
-        size=np.array(size),
-        parts=fused(parts),
-        collision=(solid_box(size),),
-        mass=mass,
-    )
+    return model_of(name, "sign", obj_id, size, fused(parts), mass=mass)
 
 
 def _rack_piece(
     name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], symmetry: SymmetryGroup
 ) -> ObjectModel:
-    return ObjectModel(
-        name=name,
-        class_name="rack",
-        obj_id=obj_id,
-        size=np.array(size),
-        parts=fused(parts),
-        collision=(solid_box(size),),
-        symmetry=symmetry,
-    )
+    return model_of(name, "rack", obj_id, size, fused(parts), symmetry=symmetry)

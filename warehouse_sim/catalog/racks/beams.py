@@ -5,20 +5,19 @@ EPAL 1 pallets short side out, with 75 mm at every gap (EN 15620 class 400, X3-X
 three 2.7 m, four 3.6 m (3.575 rounded up to the makers' catalogs).
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box
 from warehouse_sim.geometry.solids import prism
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 BAY_WIDTH = 2.7
 """Clear width between two frames (m) of the bay for three pallets."""
-BAY_WIDTHS = {1825: 1.825, 2700: BAY_WIDTH, 3600: 3.6}
-"""Number in a beam's name -> clear width between two frames (m)."""
+RACK_BEAMS = {"rack_beam_1825": (112, 1.825), "rack_beam_2700": (111, BAY_WIDTH), "rack_beam_3600": (113, 3.6)}
+STEP_BEAMS = {"step_beam_1825": (114, 1.825), "step_beam_2700": (115, BAY_WIDTH), "step_beam_3600": (116, 3.6)}
+"""Catalog name -> obj_id and clear width between two frames (m)."""
+BAY_WIDTHS = tuple(width for _, width in RACK_BEAMS.values())
+"""Clear widths between two frames (m), rising."""
 BEAM_HEIGHT, BEAM_DEPTH = 0.12, 0.05
 """Section of a beam along z and y (m)."""
 CONNECTOR_HEIGHT = 0.19
@@ -37,13 +36,9 @@ _PAINT = "rack_orange"
 _ALONG_X = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def rack_beam(name: str = "rack_beam_2700") -> ObjectModel:
-    """Build a box beam that fits between two uprights; z of the top is half the end plates' height.
-
-    Raises:
-        UnknownNameError: No box beam has this name.
-    """
-    length, number = _bay(name, "rack_beam_")
+def rack_beam(name: str) -> ObjectModel:
+    """Build a box beam that fits between two uprights; z of the top is half the end plates' height."""
+    obj_id, length = RACK_BEAMS[name]
     top = CONNECTOR_HEIGHT / 2
     lower = CONNECTOR_HEIGHT - BEAM_HEIGHT
     body = box_part((length, BEAM_DEPTH, BEAM_HEIGHT), (0.0, 0.0, top - BEAM_HEIGHT / 2), _PAINT)
@@ -58,15 +53,8 @@ def rack_beam(name: str = "rack_beam_2700") -> ObjectModel:
     for side in (-1.0, 1.0):
         at = (side * (length - CONNECTOR_LEG) / 2, 0.0, -top + lower / 2)
         solid.append(solid_box((CONNECTOR_LEG, BEAM_DEPTH, lower), at))
-    return ObjectModel(
-        name=name,
-        class_name="rack",
-        obj_id={2700: 111, 1825: 112, 3600: 113}[number],
-        size=np.array([length, BEAM_DEPTH, CONNECTOR_HEIGHT]),
-        parts=fused([body, *ends]),
-        collision=tuple(solid),
-        symmetry=SymmetryGroup.turns("z", 2),
-    )
+    size = (length, BEAM_DEPTH, CONNECTOR_HEIGHT)
+    return model_of(name, "rack", obj_id, size, fused([body, *ends]), solid, turns=2)
 
 
 def step_beam(name: str) -> ObjectModel:
@@ -74,18 +62,15 @@ def step_beam(name: str) -> ObjectModel:
 
     Its body lies between the uprights, ``CONNECTOR_SHEET`` behind the bounding box's front; the connectors' legs reach
     ``CONNECTOR_LEG`` over the uprights on both sides. The back beam of a level is the same one, turned by half.
-
-    Raises:
-        UnknownNameError: No step beam has this name.
     """
-    length, number = _bay(name, "step_beam_")
+    obj_id, length = STEP_BEAMS[name]
     top, lower = CONNECTOR_HEIGHT / 2, CONNECTOR_HEIGHT - BEAM_HEIGHT
     middle, back = CONNECTOR_SHEET / 2, STEP_BEAM_DEPTH / 2
     front = back - BEAM_DEPTH
     bottom, step = top - BEAM_HEIGHT, top - STEP_HEIGHT
     # The section is sampled in (y, z) and extruded along its own z, which is then laid along x.
     section = ((front, bottom), (back, bottom), (back, step), (back - STEP_DEPTH, step), (back - STEP_DEPTH, top))
-    body = solid_part(prism((*section, (front, top)), length), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), _PAINT, _ALONG_X)
+    body = mesh_part(prism((*section, (front, top)), length), _PAINT, rotation=_ALONG_X)
     plates: list[Part] = []
     pins: list[Part] = []
     for side in (-1.0, 1.0):
@@ -99,26 +84,6 @@ def step_beam(name: str) -> ObjectModel:
     lower_solid = solid_box((length, BEAM_DEPTH, BEAM_HEIGHT - STEP_HEIGHT), (0.0, middle, (bottom + step) / 2))
     upper_depth = BEAM_DEPTH - STEP_DEPTH
     upper_solid = solid_box((length, upper_depth, STEP_HEIGHT), (0.0, front + upper_depth / 2, top - STEP_HEIGHT / 2))
-    return ObjectModel(
-        name=name,
-        class_name="rack",
-        obj_id={1825: 114, 2700: 115, 3600: 116}[number],
-        size=np.array([length + 2 * CONNECTOR_LEG, STEP_BEAM_DEPTH, CONNECTOR_HEIGHT]),
-        parts=fused([body, *plates, *pins]),
-        collision=(lower_solid, upper_solid, *collision_boxes(plates)),
-    )
-
-
-def _bay(name: str, prefix: str) -> tuple[float, int]:
-    names = {f"{prefix}{number}": number for number in BAY_WIDTHS}
-    if name not in names:
-        raise UnknownNameError("beam", name, list(names))
-    return BAY_WIDTHS[names[name]], names[name]
-
-
-BEAM_BUILDERS: dict[str, Callable[[str], ObjectModel]] = {
-    f"{prefix}{number}": builder
-    for prefix, builder in (("rack_beam_", rack_beam), ("step_beam_", step_beam))
-    for number in BAY_WIDTHS
-}
-"""Catalog name -> builder."""
+    solid = (lower_solid, upper_solid, *collision_boxes(plates))
+    size = (length + 2 * CONNECTOR_LEG, STEP_BEAM_DEPTH, CONNECTOR_HEIGHT)
+    return model_of(name, "rack", obj_id, size, fused([body, *plates, *pins]), solid)

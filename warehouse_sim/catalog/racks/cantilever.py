@@ -6,9 +6,7 @@ bounding box.
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes
-from warehouse_sim.catalog.racks.rack_model import rack_model
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of
 from warehouse_sim.schema import ObjectModel
 
 ARM_LENGTH, ARM_HEIGHT = 1.2, 0.1
@@ -29,13 +27,7 @@ def level_heights(levels: int) -> list[float]:
 
 
 def cantilever_column(name: str) -> ObjectModel:
-    """Build a column with its foot and arms; arms have a stop at their end and taper in two steps.
-
-    Raises:
-        UnknownNameError: There is no such column.
-    """
-    if name not in CANTILEVERS:
-        raise UnknownNameError("cantilever column", name, list(CANTILEVERS))
+    """Build a column with its foot and arms; arms have a stop at their end and taper in two steps."""
     levels = CANTILEVERS[name]
     tops = level_heights(levels)
     height = tops[-1] + 0.5
@@ -57,14 +49,14 @@ def cantilever_column(name: str) -> ObjectModel:
         y_outer = y_arm - (ARM_LENGTH - outer) / 2
         parts.append(box_part((0.06, outer, 0.06), (0.0, y_outer, floor + top - 0.03), "rack_orange"))
         parts.append(box_part((0.08, 0.012, 0.1), (0.0, -depth / 2 + 0.006, floor + top + 0.05), "rack_orange"))
-    return rack_model(name, 517 + levels, (COLUMN[0], depth, height), parts, collision_boxes(parts))
+    return model_of(name, "rack", 517 + levels, (COLUMN[0], depth, height), fused(parts), collision_boxes(parts))
 
 
 def cantilever_brace(name: str = "cantilever_brace") -> ObjectModel:
     """Build the horizontal tie between two columns 1.5 m apart: a channel of 80 x 40 mm."""
     size = (1.5 - COLUMN[0], 0.04, 0.08)
     parts = [box_part(size, (0.0, 0.0, 0.0), "galvanised")]
-    return rack_model(name, 523, size, parts, collision_boxes(parts), turns=2)
+    return model_of(name, "rack", 523, size, fused(parts), collision_boxes(parts), turns=2)
 
 
 def arm_places(widths: list[float], gap: float = 0.04) -> list[float]:

@@ -3,8 +3,7 @@
 Frame of both pieces: x across the lane, y along it, z up, origin at the centre of the bounding box.
 """
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes
-from warehouse_sim.catalog.racks.rack_model import rack_model
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of
 from warehouse_sim.schema import ObjectModel
 
 LANE_WIDTH = 1.35
@@ -32,11 +31,11 @@ def drive_in_rail(name: str = "drive_in_rail") -> ObjectModel:
         (_LEDGE - 2 * _SHEET, 0.006, RAIL_HEIGHT - _SHEET), (0.0, 0.0, z_ledge - RAIL_HEIGHT / 2), "rack_orange"
     )
     parts = [web, ledge, lip, arm]
-    return rack_model(name, 506, (_LEDGE, PLACE_PITCH, height), parts, collision_boxes(parts))
+    return model_of(name, "rack", 506, (_LEDGE, PLACE_PITCH, height), fused(parts), collision_boxes(parts))
 
 
 def drive_in_tie(name: str = "drive_in_tie") -> ObjectModel:
     """Build the beam that ties the frames of both sides of a lane together above the loads."""
     size = (LANE_WIDTH, 0.05, 0.1)
     parts = [box_part(size, (0.0, 0.0, 0.0), "rack_orange")]
-    return rack_model(name, 507, size, parts, collision_boxes(parts), turns=2)
+    return model_of(name, "rack", 507, size, fused(parts), collision_boxes(parts), turns=2)

@@ -5,9 +5,8 @@ Frame of it: x along the aisle, y into the rack, z up, origin at the centre of t
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, solid_box, solid_part
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box, solid_part
 from warehouse_sim.catalog.racks.upright import UPRIGHT_DEPTH, UPRIGHT_WIDTH, upright_mesh
-from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.pose import rotation_x, rotation_z
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
@@ -36,27 +35,21 @@ FRAME_HEIGHTS = {f"rack_frame_{mm}": mm / 1000 for mm in _OBJ_IDS}
 
 
 def rack_frame(name: str) -> ObjectModel:
-    """Build an upright frame.
-
-    Raises:
-        UnknownNameError: No frame has this name; see ``FRAME_HEIGHTS``.
-    """
-    if name not in FRAME_HEIGHTS:
-        raise UnknownNameError("rack frame", name, list(FRAME_HEIGHTS))
+    """Build an upright frame."""
     height = FRAME_HEIGHTS[name]
     mesh, offset = upright_mesh(height), (FRAME_DEPTH - UPRIGHT_DEPTH) / 2
-    front = solid_part(mesh, (1.0, 1.0, 1.0), (0.0, -offset, 0.0), "rack_blue")
-    back = solid_part(mesh, (1.0, 1.0, 1.0), (0.0, offset, 0.0), "rack_blue", rotation_z(np.pi))
+    front = mesh_part(mesh, "rack_blue", (0.0, -offset, 0.0))
+    back = mesh_part(mesh, "rack_blue", (0.0, offset, 0.0), rotation_z(np.pi))
     uprights = [solid_box((UPRIGHT_WIDTH, UPRIGHT_DEPTH, height), (0.0, side * offset, 0.0)) for side in (-1.0, 1.0)]
     lacing = _lacing(height)
     plates = [box_part(_PLATE, (0.0, side * offset, (_PLATE[2] - height) / 2), "galvanised") for side in (-1.0, 1.0)]
-    return ObjectModel(
-        name=name,
-        class_name="rack",
-        obj_id=_OBJ_IDS[round(1000 * height)],
-        size=np.array([_PLATE[0], FRAME_DEPTH + _PLATE[1] - UPRIGHT_DEPTH, height]),
-        parts=(front, back, *fused([*plates, *_anchors(height, offset), *lacing])),
-        collision=(*uprights, *collision_boxes(plates + lacing)),
+    return model_of(
+        name,
+        "rack",
+        _OBJ_IDS[round(1000 * height)],
+        (_PLATE[0], FRAME_DEPTH + _PLATE[1] - UPRIGHT_DEPTH, height),
+        (front, back, *fused([*plates, *_anchors(height, offset), *lacing])),
+        (*uprights, *collision_boxes(plates + lacing)),
     )
 
 

@@ -6,8 +6,7 @@ Frame of all: x along the goods, z up, origin at the centre of the bounding box.
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.racks.rack_model import rack_model
+from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
 from warehouse_sim.geometry.solids import unit_tube
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -85,10 +84,8 @@ def _pipes(name: str, obj_id: int, diameter: float, wide: int, high: int, materi
 
 def _bundle(name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], mass: float) -> ObjectModel:
     """Return goods that lie on the arms as they are; the collision box is the whole."""
-    return rack_model(name, obj_id, size, parts, [solid_box(size)], class_name="long_goods", mass=mass)
+    return model_of(name, "long_goods", obj_id, size, fused(parts), mass=mass)
 
 
-LONG_GOODS = {
-    item.__name__: item for item in (pipe_bundle, plastic_pipe_bundle, section_bundle, timber_pack, panel_pack)
-}
-"""Catalog name -> builder."""
+LONG_GOODS = ("pipe_bundle", "plastic_pipe_bundle", "section_bundle", "timber_pack", "panel_pack")
+"""Catalog names."""

@@ -3,8 +3,7 @@
 Frame of all: z up, origin at the centre of the bounding box.
 """
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes
-from warehouse_sim.catalog.racks.rack_model import rack_model
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of
 from warehouse_sim.schema import ObjectModel
 
 PANEL = (2.06, 2.4, 0.3)
@@ -28,7 +27,7 @@ def platform_panel(name: str = "platform_panel") -> ObjectModel:
     parts += [
         box_part((0.06, width - 0.2, 0.16), (x, 0.0, height / 2 - board - 0.08), "steel_grey") for x in (-0.7, 0.0, 0.7)
     ]
-    return rack_model(name, 540, PANEL, parts, collision_boxes(parts), turns=2)
+    return model_of(name, "rack", 540, PANEL, fused(parts), collision_boxes(parts), turns=2)
 
 
 def platform_column(name: str = "platform_column") -> ObjectModel:
@@ -38,7 +37,7 @@ def platform_column(name: str = "platform_column") -> ObjectModel:
     parts += [
         box_part((0.2, 0.2, plate), (0.0, 0.0, side * (height - plate) / 2), "steel_grey") for side in (-1.0, 1.0)
     ]
-    return rack_model(name, 541, (0.2, 0.2, height), parts, collision_boxes(parts), turns=4)
+    return model_of(name, "rack", 541, (0.2, 0.2, height), fused(parts), collision_boxes(parts), turns=4)
 
 
 def platform_railing(name: str = "platform_railing") -> ObjectModel:
@@ -49,4 +48,4 @@ def platform_railing(name: str = "platform_railing") -> ObjectModel:
     for x in (-0.505, 0.505):
         parts.append(box_part((0.97, 0.03, 0.03), (x, 0.0, 0.0), "guard_yellow"))
         parts.append(box_part((0.97, 0.006, 0.1), (x, 0.0, -height / 2 + 0.05), "guard_yellow"))
-    return rack_model(name, 542, (length, 0.04, height), parts, collision_boxes(parts), turns=2)
+    return model_of(name, "rack", 542, (length, 0.04, height), fused(parts), collision_boxes(parts), turns=2)

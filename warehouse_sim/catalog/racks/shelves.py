@@ -5,9 +5,7 @@ Frame of all: x along the aisle, y into the shelf (the front is at -y), z up, or
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes, solid_box
-from warehouse_sim.catalog.racks.rack_model import rack_model
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.schema import ObjectModel
 
@@ -57,7 +55,7 @@ def shelf_bay(name: str = "shelf_bay") -> ObjectModel:
         for number, side in enumerate((-1.0, 1.0))
     ]
     parts = [*posts, *shelves, *bars]
-    return rack_model(name, 530, SHELF_SIZE, parts, collision_boxes(parts))
+    return model_of(name, "rack", 530, SHELF_SIZE, fused(parts), collision_boxes(parts))
 
 
 BINS = {
@@ -69,13 +67,7 @@ BINS = {
 
 
 def storage_bin(name: str) -> ObjectModel:
-    """Build an open-fronted bin of 150 x 300 x 130 mm with a label at its front and small boxes in it.
-
-    Raises:
-        UnknownNameError: There is no such bin.
-    """
-    if name not in BINS:
-        raise UnknownNameError("storage bin", name, list(BINS))
+    """Build an open-fronted bin of 150 x 300 x 130 mm with a label at its front and small boxes in it."""
     obj_id, material = BINS[name]
     # Colours are of equal shape; a millimetre tells their numbers apart, as it does makers' series.
     width, depth, height = 0.15, 0.3 + 0.001 * (obj_id - 531), 0.13
@@ -96,6 +88,4 @@ def storage_bin(name: str) -> ObjectModel:
         for x in (-0.034, 0.034)
         for y in (-0.09, 0.0, 0.09)
     ]
-    return rack_model(
-        name, obj_id, (width, depth, height), parts, [solid_box((width, depth, height))], class_name="bin", mass=2.0
-    )
+    return model_of(name, "bin", obj_id, (width, depth, height), fused(parts), mass=2.0)

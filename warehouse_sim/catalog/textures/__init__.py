@@ -12,7 +12,7 @@ from warehouse_sim.catalog.textures.board import kraft
 from warehouse_sim.catalog.textures.floors import concrete, epoxy
 from warehouse_sim.catalog.textures.metal import brushed, galvanised, steel
 from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
-from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, TextureSet, Tile, quantised
+from warehouse_sim.catalog.textures.tile import TextureSet, Tile, quantised
 from warehouse_sim.catalog.textures.used import blockwork, coat, enamel, liner, precast, slab
 from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.wood import wood
@@ -45,6 +45,3 @@ def paint(name: str) -> TextureSet:
 def stretch(name: str) -> int:
     """Return how many times as long along u as along v a tile of the texture called ``name`` is laid out."""
     return WOOD_STRETCH if name in ("wood", "wood_worn") else 1
-
-
-__all__ = ["NEUTRAL", "SIZE", "TEXTURES", "TextureSet", "Tile", "paint", "stretch"]

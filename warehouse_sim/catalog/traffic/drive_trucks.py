@@ -4,8 +4,8 @@ Usual values of makers' type sheets: an order picker is 0.80 m wide with forks o
 tractor 0.80 m wide, its carts 1.25 x 0.85 m; a robot that lifts pallets 1.20 x 0.80 m and 0.30 m high (ISO 3691-4).
 """
 
-from warehouse_sim.catalog.parts import box_part, solid_box
-from warehouse_sim.catalog.traffic.shapes import bar, body, placed, rod, round_wheel, side_profile
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box
+from warehouse_sim.catalog.traffic.shapes import bar, body, rod, round_wheel, side_profile
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_SPREAD
 from warehouse_sim.geometry.boxes import OrientedBox
@@ -34,11 +34,11 @@ def order_picker_parts() -> list[Part]:
         for x in (FORK_LENGTH - 0.20, FORK_LENGTH - 0.30):
             parts += round_wheel((x, y, 0.0425), 0.085, 0.08, "chrome", "truck_grey")
         parts.append(
-            placed(rod((FORK_LENGTH - 0.25, y, 0.05), (FORK_LENGTH - 0.45, y, top - 0.05), 0.025), "truck_grey")
+            mesh_part(rod((FORK_LENGTH - 0.25, y, 0.05), (FORK_LENGTH - 0.45, y, top - 0.05), 0.025), "truck_grey")
         )
         parts += round_wheel((-1.30, side * 0.33, 0.075), 0.15, 0.06)
         rail = [(-0.60, side * 0.36, 0.72), (-0.60, side * 0.36, 1.12), (-0.54, side * 0.30, 1.24), (-0.52, 0.0, 1.27)]
-        parts.append(placed(bar([*rail], 0.018, (1.0, 0.0, 0.0)), "mast_black"))
+        parts.append(mesh_part(bar([*rail], 0.018, (1.0, 0.0, 0.0)), "mast_black"))
     battery = ((-0.60, 0.06), (-0.03, 0.06), (-0.03, 0.74), (-0.07, 0.80), (-0.60, 0.80))
     drive = ((-1.62, 0.06), (-1.08, 0.06), (-1.08, 0.98), (-1.20, 1.06), (-1.46, 0.92), (-1.62, 0.70))
     parts += [
@@ -49,7 +49,7 @@ def order_picker_parts() -> list[Part]:
         body(drive, 0.80, paint, radius=0.12),
         body(((-1.65, 0.08), (-1.35, 0.08), (-1.35, 0.30), (-1.65, 0.30)), 0.80, "truck_grey", radius=0.05),
         box_part((0.16, 0.30, 0.10), (-1.16, 0.0, 1.08), "truck_grey"),
-        placed(rod((-1.10, -0.20, 1.15), (-1.10, 0.20, 1.15), 0.018, 20), "rubber"),
+        mesh_part(rod((-1.10, -0.20, 1.15), (-1.10, 0.20, 1.15), 0.018, 20), "rubber"),
     ]
     return parts
 
@@ -82,8 +82,8 @@ def tugger_parts() -> list[Part]:
         box_part((0.50, 0.68, 0.015), (-0.25, 0.0, 0.1475), "rubber"),
         body(rear, 0.78, "truck_orange", radius=0.08),
         box_part((0.05, 0.44, 0.30), (-0.485, 0.0, 0.92), "mast_black"),
-        placed(rod((0.05, 0.0, 0.95), (-0.02, 0.0, 1.16), 0.03, 20), "truck_grey"),
-        placed(rod((-0.02, -0.20, 1.17), (-0.02, 0.20, 1.17), 0.018, 20), "rubber"),
+        mesh_part(rod((0.05, 0.0, 0.95), (-0.02, 0.0, 1.16), 0.03, 20), "truck_grey"),
+        mesh_part(rod((-0.02, -0.20, 1.17), (-0.02, 0.20, 1.17), 0.018, 20), "rubber"),
         box_part((0.10, 0.12, 0.06), (-0.77, 0.0, 0.27), "mast_black"),
         box_part((0.03, 0.30, 0.07), (0.625, 0.0, 0.62), "sign_white"),
         box_part((0.02, 0.10, 0.06), (-0.745, 0.28, 0.72), "print_red"),
@@ -115,7 +115,7 @@ def cart_parts() -> list[Part]:
             for s in (-1, 1)
         ),
         *(box_part((0.05, width - 0.02, 0.06), (x, 0.0, top - 0.052), "truck_orange") for x in (0.03, length - 0.03)),
-        placed(
+        mesh_part(
             bar([(length - 0.10, 0.0, 0.24), (length + 0.20, 0.0, 0.26), (length + 0.50, 0.0, 0.27)], 0.02),
             "mast_black",
         ),
@@ -152,7 +152,7 @@ def robot_parts() -> list[Part]:
         box_part((length - 0.16, width - 0.16, top - high), (length / 2, 0.0, (top + high) / 2), "mast_black"),
     ]
     for x, y in ((0.05, -0.35), (length - 0.05, 0.35)):
-        parts.append(placed(rod((x, y, 0.13), (x, y, 0.165), 0.045, 32), "truck_yellow"))
+        parts.append(mesh_part(rod((x, y, 0.13), (x, y, 0.165), 0.045, 32), "truck_yellow"))
     for x in (0.027, length - 0.027):
         parts.append(box_part((0.008, 0.5, 0.02), (x, 0.0, 0.215), "lamp_orange"))
         parts.append(box_part((0.06, 0.06, 0.03), (x, 0.30, high - 0.01), "print_red"))

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import Triple, solid_part
-from warehouse_sim.catalog.traffic.shapes import limb_box, placed, smoothed, tube
+from warehouse_sim.catalog.parts import Triple, mesh_part, solid_part
+from warehouse_sim.catalog.traffic.shapes import limb_box, smoothed, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y
@@ -150,7 +150,7 @@ class Figure:
         above = hip + np.array([0.0, 0.0, 0.02 * h])
         hem = ankle + 0.012 * h * _down(pose.shanks[number])
         path = np.array([above, hip, (hip + knee) / 2, knee, knee + 0.35 * (ankle - knee), hem])
-        trouser = placed(self._tube(path, np.array(_LEG) * self._hg), self.worker.trousers)
+        trouser = mesh_part(self._tube(path, np.array(_LEG) * self._hg), self.worker.trousers)
         shoe, boxes = self._shoe(ankle, pose.feet[number])
         bent = 0.022 * h if self._grain.between else 0.0
         limbs = [limb_box(hip, knee, 0.049 * self._hg, bent), limb_box(knee, ankle, 0.039 * self._hg)]
@@ -186,8 +186,8 @@ class Figure:
         vest = self._around(_TRUNK[:, 0])
         neck_path = np.array([(0.005 * h, 0.0, _NECK * h), (0.012 * h, 0.0, 0.89 * h)])
         neck = tube(neck_path, [(0.036 * h, 0.036 * h)] * 2, sides=self._grain.limb)
-        parts = [placed(hips, worker.trousers), placed(vest, worker.vest), placed(neck, worker.skin)]
-        parts += [placed(band, "reflective") for band in self._bands()]
+        parts = [mesh_part(hips, worker.trousers), mesh_part(vest, worker.vest), mesh_part(neck, worker.skin)]
+        parts += [mesh_part(band, "reflective") for band in self._bands()]
         box = limb_box((0.0, 0.0, 0.47 * h), (0.0, 0.0, 0.82 * h), 1.0)
         size = np.array([0.15 * self._hg, 0.23 * self._hg, box.size[2]])
         return parts, [OrientedBox(box.T_parent_box, size)]
@@ -258,7 +258,7 @@ class Figure:
         raised = 0.03 if self._grain.between else 0.015
         upper = limb_box(shoulder, elbow, 0.034 * self._hg, raised * h)
         lower = limb_box(elbow, wrist + reach, 0.028 * self._hg, 0.01 * h)
-        return [placed(sleeve, self.worker.sleeves), placed(hand, "guard_black")], [upper, lower]
+        return [mesh_part(sleeve, self.worker.sleeves), mesh_part(hand, "guard_black")], [upper, lower]
 
     def _block(self, side: float, profile: float, size: Triple, at: Triple, material: str) -> Part:
         """Return a rounded block whose size and place are fractions of stature."""

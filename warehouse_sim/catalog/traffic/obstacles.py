@@ -5,9 +5,8 @@ Origin at the centre of the bounding box, z up.
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, placed, tube
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform, rotation_y
@@ -26,24 +25,12 @@ _FILM = 0.0006  # some 20-30 layers of 20 um film roped together
 
 
 def cone(name: str) -> ObjectModel:
-    """Build a traffic cone with two reflective bands on a square rubber base.
-
-    Raises:
-        UnknownNameError: There is no cone of this size.
-    """
-    if name not in CONES:
-        raise UnknownNameError("cone", name, list(CONES))
+    """Build a traffic cone with two reflective bands on a square rubber base."""
     return _cone(name, *CONES[name], 24)
 
 
 def traffic_cone(name: str) -> ObjectModel:
-    """Build a traffic cone as ``cone`` does, of 72 sides, with a rounded top and a rim around its foot.
-
-    Raises:
-        UnknownNameError: There is no cone of this size.
-    """
-    if name not in FINE_CONES:
-        raise UnknownNameError("cone", name, list(FINE_CONES))
+    """Build a traffic cone as ``cone`` does, of 72 sides, with a rounded top and a rim around its foot."""
     obj_id, coarse = FINE_CONES[name]
     return _cone(name, obj_id, *CONES[coarse][1:], 72)
 
@@ -70,11 +57,11 @@ def _cone(name: str, obj_id: int, height: float, base: float, mass: float, sides
             *bore,
         )
     body = lathe(profile, sides)
-    parts = [placed(body, "cone_orange")]
+    parts = [mesh_part(body, "cone_orange")]
     for low, high in ((0.38, 0.55), (0.70, 0.82)):
         a, b, standoff = low * height, high * height, 0.002
         ring = lathe(((0.0, a), (radius(a) + standoff, a), (radius(b) + standoff, b), (0.0, b)), sides)
-        parts.append(placed(ring, "reflective"))
+        parts.append(mesh_part(ring, "reflective"))
     corner = superellipsoid(6.0, 8.0, sides, 4)
     parts.append(solid_part(corner, (base, base, foot), (0.0, 0.0, foot / 2), "mast_black"))
     solids = [solid_box((base, base, foot), (0.0, 0.0, foot / 2))]
@@ -94,7 +81,7 @@ def bollard(name: str = "bollard") -> ObjectModel:
         at = (0.0, 0.0, plate + (index + 0.5) * step)
         parts.append(solid_part(unit_cylinder(24), (diameter, diameter, step), at, paint))
     cap = lathe(((0.0, 0.0), (diameter / 2, 0.0), (0.055, 0.02), (0.0, 0.03)), 24)
-    parts.append(solid_part(cap, (1.0, 1.0, 1.0), (0.0, 0.0, height - 0.03), "guard_yellow"))
+    parts.append(mesh_part(cap, "guard_yellow", (0.0, 0.0, height - 0.03)))
     solids = [solid_box((0.25, 0.25, plate), (0.0, 0.0, plate / 2))]
     solids.append(solid_box((diameter, diameter, height - plate), (0.0, 0.0, (height + plate) / 2)))
     return assembled(name, "bollard", 181, parts, solids, 21.0, turns=4)
@@ -121,16 +108,11 @@ def hanging_wrap(name: str) -> ObjectModel:
     """Build strips of stretch film that hang loose from a load: a wide torn one, and two roped ones beside it.
 
     Film gives way to whatever it touches, so it has no collision boxes.
-
-    Raises:
-        UnknownNameError: There is no such wrap.
     """
-    if name not in WRAPS:
-        raise UnknownNameError("hanging wrap", name, list(WRAPS))
     obj_id, length, width = WRAPS[name]
     parts = []
     for fraction, broad, offset, phase in ((1.0, 1.0, 0.0, 0.0), (0.72, 0.25, 0.35, 1.7), (0.45, 0.16, -0.38, 3.1)):
-        parts.append(placed(_strip(fraction * length, broad * width, offset * width, length, phase), "stretch_film"))
+        parts.append(mesh_part(_strip(fraction * length, broad * width, offset * width, length, phase), "stretch_film"))
     return assembled(name, "wrap", obj_id, parts, (), 0.0)
 
 

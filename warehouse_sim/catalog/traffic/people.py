@@ -12,7 +12,6 @@ import numpy as np
 
 from warehouse_sim.catalog.traffic.figure import FINE, Figure, Pose, Worker
 from warehouse_sim.catalog.traffic.shapes import assembled, centre_of
-from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.schema import ObjectModel
 
@@ -32,13 +31,7 @@ PEOPLE = {f"person_{stature}_{pose}": (stature, pose) for stature in WORKERS for
 
 
 def person(name: str) -> ObjectModel:
-    """Build a worker ("person_medium_walking").
-
-    Raises:
-        UnknownNameError: Nobody has this name; see ``PEOPLE``.
-    """
-    if name not in PEOPLE:
-        raise UnknownNameError("person", name, list(PEOPLE))
+    """Build a worker ("person_medium_walking")."""
     stature, stance = PEOPLE[name]
     figure = Figure(WORKERS[stature], POSES[stance])
     obj_id = WORKERS[stature].obj_id + list(POSES).index(stance)
@@ -68,13 +61,7 @@ def _figure(stature: str, pose: str) -> Figure:
 
 
 def worker(name: str) -> ObjectModel:
-    """Build a finely divided worker ("worker_medium_kneeling").
-
-    Raises:
-        UnknownNameError: Nobody has this name; see ``WORKERS_BY_NAME``.
-    """
-    if name not in WORKERS_BY_NAME:
-        raise UnknownNameError("worker", name, list(WORKERS_BY_NAME))
+    """Build a finely divided worker ("worker_medium_kneeling")."""
     stature, pose = WORKERS_BY_NAME[name]
     figure = _figure(stature, pose)
     obj_id = _FIRST_ID + list(WORKERS_BY_NAME).index(name)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import Triple, fused, solid_part
+from warehouse_sim.catalog.parts import Triple, fused, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform, rotation_x
@@ -40,15 +40,13 @@ def assembled(
         for part in whole
     )
     T_centre = make_transform(translation=-centre)
-    return ObjectModel(
-        name=name,
-        class_name=class_name,
-        obj_id=obj_id,
-        size=high - low,
-        parts=moved,
-        collision=tuple(
-            _cut_back(OrientedBox(T_centre @ box.T_parent_box, box.size), (high - low) / 2) for box in collision
-        ),
+    return model_of(
+        name,
+        class_name,
+        obj_id,
+        high - low,
+        moved,
+        tuple(_cut_back(OrientedBox(T_centre @ box.T_parent_box, box.size), (high - low) / 2) for box in collision),
         mass=mass,
         symmetry=SymmetryGroup.turns("z", turns) if turns > 1 else SymmetryGroup.trivial(),
     )
@@ -113,14 +111,9 @@ def rod(start: Triple, end: Triple, radius: float, sides: int = 12) -> TriangleM
     return tube([start, end], [(radius, radius)] * 2, side, sides)
 
 
-def placed(mesh: TriangleMesh, material: str) -> Part:
-    """Return ``mesh`` where it is, painted."""
-    return solid_part(mesh, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), material)
-
-
 def side_profile(outline: Outline, width: float, material: str, y: float = 0.0) -> Part:
     """Return a plate or body whose side view is ``outline`` (x, z; counter-clockwise seen from the right, -y)."""
-    return solid_part(prism(outline, width), (1.0, 1.0, 1.0), (0.0, y, 0.0), material, rotation_x(np.pi / 2))
+    return mesh_part(prism(outline, width), material, (0.0, y, 0.0), rotation_x(np.pi / 2))
 
 
 def wheel(centre: Triple, diameter: float, width: float, rim: str = "truck_grey", tyre: str = "rubber") -> list[Part]:
@@ -212,8 +205,8 @@ def round_wheel(
         *((0.62 * r, w), (0.52 * r, 0.6 * w), (0.28 * r, 0.6 * w), (0.2 * r, 0.95 * w), (0.0, 0.95 * w)),
     )
     return [
-        solid_part(lathe(section, 40), (1.0, 1.0, 1.0), centre, tyre, across),
-        solid_part(lathe(disc, 32), (1.0, 1.0, 1.0), centre, rim, across),
+        mesh_part(lathe(section, 40), tyre, centre, across),
+        mesh_part(lathe(disc, 32), rim, centre, across),
     ]
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import Triple, box_part, solid_part
-from warehouse_sim.catalog.traffic.shapes import placed, rod, side_profile, tube
+from warehouse_sim.catalog.parts import Triple, box_part, mesh_part, solid_part
+from warehouse_sim.catalog.traffic.shapes import rod, side_profile, tube
 from warehouse_sim.geometry.pose import rotation_y
 from warehouse_sim.geometry.solids import lathe, superellipsoid, unit_cylinder
 from warehouse_sim.schema import Part
@@ -78,8 +78,8 @@ def mast(kind: Mast) -> list[Part]:
     inner = kind.width / 2 - kind.stages * (web + 0.006) - 0.04
     for side in (-1.0, 1.0):
         x, top = kind.front - 0.07, 0.92 * kind.height
-        parts.append(placed(rod((x, side * inner, 0.12), (x, side * inner, 0.55 * top), 0.028), "mast_black"))
-        parts.append(placed(rod((x, side * inner, 0.55 * top), (x, side * inner, top), 0.018), "chrome"))
+        parts.append(mesh_part(rod((x, side * inner, 0.12), (x, side * inner, 0.55 * top), 0.028), "mast_black"))
+        parts.append(mesh_part(rod((x, side * inner, 0.55 * top), (x, side * inner, top), 0.018), "chrome"))
         parts.append(box_part((0.012, 0.03, 0.7 * top), (x + 0.045, side * (inner - 0.06), 0.6 * top), "fork_steel"))
     return parts
 
@@ -99,12 +99,12 @@ def overhead_guard(
     for foot, head in posts:
         for side in (1.0, -1.0):
             a, b = np.array(foot) * [1.0, side, 1.0], np.array(head) * [1.0, side, 1.0]
-            parts.append(placed(tube([a, b], [(0.035, 0.028)] * 2, sides=8), material))
+            parts.append(mesh_part(tube([a, b], [(0.035, 0.028)] * 2, sides=8), material))
     back, front, half_back, half_front = roof
     z = height - 0.035
     for side in (1.0, -1.0):
         edge = [(back, side * half_back, z), (front, side * half_front, z)]
-        parts.append(placed(tube(edge, [(0.035, 0.03)] * 2, sides=8), material))
+        parts.append(mesh_part(tube(edge, [(0.035, 0.03)] * 2, sides=8), material))
     for x, half in ((back, half_back), (front, half_front)):
         parts.append(box_part((0.06, 2 * half, 0.06), (x, 0.0, z), material))
     for x in np.linspace(back, front, 8)[1:-1]:
@@ -130,11 +130,11 @@ def steering(foot: Triple, hub: Triple) -> list[Part]:
     tilt = rotation_y(np.arctan2(axis[0], axis[2]))
     ring = tuple((0.148 + 0.013 * np.cos(t), 0.013 * np.sin(t)) for t in np.arange(8) * (np.pi / 4))
     wheel = [
-        solid_part(lathe(ring, 24), (1.0, 1.0, 1.0), b, "mast_black", tilt),
+        mesh_part(lathe(ring, 24), "mast_black", b, tilt),
         solid_part(unit_cylinder(12), (0.06, 0.06, 0.03), b, "mast_black", tilt),
         *(box_part(size, b, "mast_black", tilt) for size in ((0.29, 0.025, 0.012), (0.025, 0.29, 0.012))),
     ]
-    return [placed(rod(a, b, 0.03), "mast_black"), *wheel]
+    return [mesh_part(rod(a, b, 0.03), "mast_black"), *wheel]
 
 
 def headlights(x: float, y: float, z: float) -> list[Part]:
@@ -151,4 +151,4 @@ def headlights(x: float, y: float, z: float) -> list[Part]:
 def beacon(x: float, y: float, z: float) -> list[Part]:
     """Return an orange beacon standing on ``z`` (m)."""
     dome = lathe(((0.0, -0.05), (0.055, -0.05), (0.055, 0.01), (0.04, 0.04), (0.0, 0.05)), 16)
-    return [solid_part(dome, (1.0, 1.0, 1.0), (x, y, z + 0.05), "lamp_orange")]
+    return [mesh_part(dome, "lamp_orange", (x, y, z + 0.05))]

@@ -8,8 +8,8 @@ lowered, handle 1.23 m high. Forks point to +x.
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, limb_box, placed, rod, side_profile, tube, wheel
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
+from warehouse_sim.catalog.traffic.shapes import assembled, limb_box, rod, side_profile, tube, wheel
 from warehouse_sim.catalog.traffic.truck_pieces import (
     FORK_LENGTH,
     FORK_SPREAD,
@@ -189,12 +189,12 @@ def pallet_jack(name: str = "pallet_jack") -> ObjectModel:
         parts += wheel((-0.22, side * 0.075, 0.10), 0.20, 0.05)
     parts += [
         side_profile(bridge, 2 * JACK_SPREAD / 2 + JACK_FORK, "truck_yellow"),
-        placed(rod((-0.22, 0.0, 0.12), (-0.22, 0.0, 0.46), 0.045), "truck_grey"),
-        placed(rod((-0.22, 0.0, 0.20), (-0.22, 0.0, 0.52), 0.025), "chrome"),
+        mesh_part(rod((-0.22, 0.0, 0.12), (-0.22, 0.0, 0.46), 0.045), "truck_grey"),
+        mesh_part(rod((-0.22, 0.0, 0.20), (-0.22, 0.0, 0.52), 0.025), "chrome"),
         box_part((0.10, 0.16, 0.10), (-0.24, 0.0, 0.32), "truck_yellow"),
-        placed(rod((-0.24, 0.0, 0.34), (-0.34, 0.0, 1.02), 0.018), "truck_yellow"),
+        mesh_part(rod((-0.24, 0.0, 0.34), (-0.34, 0.0, 1.02), 0.018), "truck_yellow"),
     ]
-    parts.append(placed(_handle(), "rubber"))
+    parts.append(mesh_part(_handle(), "rubber"))
     solids = [
         solid_box((0.18, JACK_SPREAD + JACK_FORK, 0.32), (-0.08, 0.0, 0.20)),
         solid_box((0.22, 0.21, 0.52), (-0.22, 0.0, 0.26)),

@@ -6,12 +6,11 @@ steering wheels of 200 mm, load rollers of 82 mm; a 1.2 t stacker is 0.80 m wide
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, solid_box
+from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box
 from warehouse_sim.catalog.traffic.shapes import (
     bar,
     body,
     limb_box,
-    placed,
     rod,
     round_wheel,
     rounded,
@@ -63,22 +62,22 @@ def hand_pallet_truck_parts(top: float) -> list[Part]:
             parts += round_wheel((x, y, 0.041), 0.082, 0.07, "chrome", "truck_grey")
         for off in (-0.045, 0.045):  # the fork that presses the rollers down, and its push rod
             swing = [(FORK_LENGTH - 0.16, y + off, 0.041), (FORK_LENGTH - 0.34, y + off, top - 0.03)]
-            parts.append(placed(bar([*swing], 0.009), "truck_grey"))
-        parts.append(placed(rod((-0.04, y, top - 0.032), (FORK_LENGTH - 0.34, y, top - 0.03), 0.01), "truck_grey"))
+            parts.append(mesh_part(bar([*swing], 0.009), "truck_grey"))
+        parts.append(mesh_part(rod((-0.04, y, top - 0.032), (FORK_LENGTH - 0.34, y, top - 0.03), 0.01), "truck_grey"))
         # From each fork a flat arm climbs to the lifting head over the pump.
         foot, head = (-0.045, y, top - 0.02), (-0.085, side * 0.055, 0.40 + lift)
         middle = (-0.06, y * 0.86, top + 0.12)
         path = np.array([foot, middle, head])
-        parts.append(placed(tube(path, [(0.012, 0.045), (0.012, 0.04), (0.014, 0.035)], (0.0, 1.0, 0.0), 16), paint))
+        parts.append(mesh_part(tube(path, [(0.012, 0.045), (0.012, 0.04), (0.014, 0.035)], (0.0, 1.0, 0.0), 16), paint))
         parts += round_wheel((-0.20, side * 0.072, 0.10), 0.20, 0.05, "truck_grey")
     parts += [
         box_part((0.035, JACK_SPREAD + JACK_FORK - 0.02, 0.05), (-0.05, 0.0, top - 0.026), paint),
         box_part((0.10, 0.15, 0.045), (-0.12, 0.0, 0.40 + lift), paint),
         box_part((0.075, 0.06, 0.05), (-0.20, 0.0, 0.225), "truck_grey"),
-        placed(rod((-0.20, -0.10, 0.10), (-0.20, 0.10, 0.10), 0.014), "chrome"),
-        placed(rod((-0.20, 0.0, 0.12), (-0.20, 0.0, 0.34), 0.042, 32), "truck_grey"),  # pump
-        placed(rod((-0.165, 0.0, 0.25), (-0.165, 0.0, 0.41 + lift), 0.02, 24), "chrome"),  # its ram
-        placed(rod((-0.255, 0.0, 0.14), (-0.255, 0.0, 0.28), 0.028, 24), "truck_grey"),  # reservoir
+        mesh_part(rod((-0.20, -0.10, 0.10), (-0.20, 0.10, 0.10), 0.014), "chrome"),
+        mesh_part(rod((-0.20, 0.0, 0.12), (-0.20, 0.0, 0.34), 0.042, 32), "truck_grey"),  # pump
+        mesh_part(rod((-0.165, 0.0, 0.25), (-0.165, 0.0, 0.41 + lift), 0.02, 24), "chrome"),  # its ram
+        mesh_part(rod((-0.255, 0.0, 0.14), (-0.255, 0.0, 0.28), 0.028, 24), "truck_grey"),  # reservoir
     ]
     return parts + _tiller((-0.255, 0.0, 0.30), (-0.43, 0.0, 1.02), paint)
 
@@ -95,10 +94,10 @@ def _tiller(foot: tuple[float, float, float], neck: tuple[float, float, float], 
     loop = loop[keep]
     lever = [(neck[0] + 0.01, 0.0, neck[2] + 0.02), (neck[0] + lean * 0.1 + 0.02, 0.03, neck[2] + 0.11)]
     return [
-        placed(rod(foot, neck, 0.019, 24), paint),
+        mesh_part(rod(foot, neck, 0.019, 24), paint),
         box_part((0.06, 0.05, 0.09), foot, "truck_grey"),
-        placed(tube(loop, [(0.016, 0.016)] * len(loop), (1.0, 0.0, 0.2), 16), "rubber"),
-        placed(rod(lever[0], lever[1], 0.007), "print_red"),
+        mesh_part(tube(loop, [(0.016, 0.016)] * len(loop), (1.0, 0.0, 0.2), 16), "rubber"),
+        mesh_part(rod(lever[0], lever[1], 0.007), "print_red"),
     ]
 
 
@@ -150,12 +149,14 @@ def stacker_parts() -> list[Part]:
         *round_wheel((-0.60, 0.0, 0.115), 0.23, 0.07),
     ]
     parts += [
-        placed(bar([(-0.74, 0.0, 0.40), (-0.92, 0.0, 0.62), (-1.10, 0.0, 0.98)], 0.028), "truck_grey"),
+        mesh_part(bar([(-0.74, 0.0, 0.40), (-0.92, 0.0, 0.62), (-1.10, 0.0, 0.98)], 0.028), "truck_grey"),
         body(((-1.19, 0.97), (-1.06, 0.95), (-1.06, 1.03), (-1.17, 1.07)), 0.20, "truck_grey", radius=0.03),
-        placed(
+        mesh_part(
             bar([(-1.13, -0.11, 1.0), (-1.13, -0.19, 1.02), (-1.11, -0.19, 1.06)], 0.016, (0.0, 0.0, 1.0)), "rubber"
         ),
-        placed(bar([(-1.13, 0.11, 1.0), (-1.13, 0.19, 1.02), (-1.11, 0.19, 1.06)], 0.016, (0.0, 0.0, 1.0)), "rubber"),
+        mesh_part(
+            bar([(-1.13, 0.11, 1.0), (-1.13, 0.19, 1.02), (-1.11, 0.19, 1.06)], 0.016, (0.0, 0.0, 1.0)), "rubber"
+        ),
         box_part((0.03, 0.07, 0.05), (-1.20, 0.0, 1.02), "print_red"),
     ]
     return parts

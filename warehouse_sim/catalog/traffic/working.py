@@ -14,7 +14,6 @@ from warehouse_sim.catalog.traffic.shapes import assembled, centre_of
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_SPREAD, FORK_WIDTH
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD
 from warehouse_sim.catalog.traffic.walked_trucks import JACK_RAISED
-from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.schema import ObjectModel, Part
@@ -124,13 +123,7 @@ def truck_frame(name: str) -> Transform:
 
 
 def working_truck(name: str) -> ObjectModel:
-    """Build a truck that is at work.
-
-    Raises:
-        UnknownNameError: There is no such truck.
-    """
-    if name not in WORKING:
-        raise UnknownNameError("truck", name, list(WORKING))
+    """Build a truck that is at work."""
     truck = WORKING[name]
     return assembled(name, truck.class_name, truck.obj_id, truck.parts(), truck.solids(), truck.mass)
 

@@ -7,7 +7,7 @@ from jaxtyping import Int32
 
 from warehouse_sim.generation.light.meter import LightMeter, facing, rays_through
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.scene.lighting import ev_of_exposure
+from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import Conditions, Viewpoint
 
 _TARGET_POINTS = 12

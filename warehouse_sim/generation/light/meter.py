@@ -11,7 +11,7 @@ from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.light_selection import GROUND
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting import ExposureConfig, ev_of_exposure, exposure_of_ev
+from warehouse_sim.scene.lighting.exposure import ExposureConfig, ev_of_exposure, exposure_of_ev
 from warehouse_sim.scene.lighting.photometry import floor_points, light_illuminance
 from warehouse_sim.schema import Light, SceneSpec, Viewpoint
 

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog import materials_of
+from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene, fraction_behind, ground_line
 from warehouse_sim.generation.occlusion.occluder import Occluder
 from warehouse_sim.generation.occlusion.sight import Sight

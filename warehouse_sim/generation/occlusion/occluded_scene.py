@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from warehouse_sim.annotate.occluders import KINDS as OCCLUDERS
 from warehouse_sim.annotate.occluders import kinds_by_id
-from warehouse_sim.catalog import materials_of
+from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.generation.occlusion.occluder import Occluder, caster_of
 from warehouse_sim.generation.occlusion.sight import Sight, cast_in_frame, look_at
 from warehouse_sim.geometry.boxes import OrientedBox

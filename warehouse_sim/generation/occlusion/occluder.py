@@ -8,9 +8,9 @@ from functools import cache, cached_property
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object, materials_of
-from warehouse_sim.catalog.building import FLOOR_SIZE
+from warehouse_sim.catalog.building.shell import FLOOR_SIZE
 from warehouse_sim.catalog.loads.strength import stacking_strength
-from warehouse_sim.catalog.traffic import STANDING
+from warehouse_sim.catalog.shipped import STANDING
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z

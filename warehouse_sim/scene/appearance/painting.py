@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.smooth_materials import smooth_materials
 from warehouse_sim.scene.appearance.coating import Look, coated
 from warehouse_sim.scene.appearance.config import AppearanceConfig

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import AISLE_SIGNS, FLOOR_LABELS, PAINT
+from warehouse_sim.catalog.building.markings import PAINT
+from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
 from warehouse_sim.catalog.building.services import hanging_rods
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z

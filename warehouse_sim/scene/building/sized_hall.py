@@ -6,9 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.building import OPENING_HEIGHT, OPENING_WIDTH, SEAL_SIZE
-from warehouse_sim.catalog.building.dock import dock_sill
-from warehouse_sim.catalog.building.shell import FLOOR_SIZE
+from warehouse_sim.catalog.building.dock import SEAL_SIZE, dock_sill
+from warehouse_sim.catalog.building.shell import FLOOR_SIZE, OPENING_HEIGHT, OPENING_WIDTH
 from warehouse_sim.catalog.building.structure import CEILING_SIZE
 from warehouse_sim.catalog.building.to_size import (
     WALL_THICKNESS,

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from warehouse_sim.catalog.building import CONVEYORS
+from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft

@@ -6,14 +6,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import (
-    DOOR_SIZE,
-    LEVELLER_SIZE,
-    MODULE_LENGTH,
-    OPEN_DOOR_SIZE,
-    SEAL_SIZE,
-    WALL_SIZE,
-)
+from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE
+from warehouse_sim.catalog.building.shell import MODULE_LENGTH, WALL_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft

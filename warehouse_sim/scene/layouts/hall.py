@@ -7,8 +7,10 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import CEILING_SIZE, FLOOR_SIZE, MODULE_LENGTH, PAINT, TRUSS_SIZE, WALL_SIZE
+from warehouse_sim.catalog.building.markings import PAINT
 from warehouse_sim.catalog.building.outdoors import RISE, outdoors
+from warehouse_sim.catalog.building.shell import FLOOR_SIZE, MODULE_LENGTH, WALL_SIZE
+from warehouse_sim.catalog.building.structure import CEILING_SIZE, TRUSS_SIZE
 from warehouse_sim.catalog.building.to_size import FloorKind, RoofKind, WallKind, girder_depth, wall_to_size
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z

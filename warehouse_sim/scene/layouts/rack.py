@@ -4,27 +4,18 @@ Frame of a rack: x along the aisle, y into the rack, z up; its front is the plan
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import HEIGHT as PALLET_HEIGHT
-from warehouse_sim.catalog.racks import (
-    BEAM_DEPTH,
-    BEAM_HEIGHT,
-    CONNECTOR_HEIGHT,
-    DECK_DEPTH,
-    DECK_WIDTH,
-    FRAME_DEPTH,
-    FRAME_HEIGHTS,
-    STEP_BEAM_DEPTH,
-    STEP_HEIGHT,
-    UPRIGHT_WIDTH,
-)
-from warehouse_sim.catalog.racks.accessories import load_notice_of
-from warehouse_sim.catalog.racks.tolerances import RackTolerances, beam_pose, frame_pose
+from warehouse_sim.catalog.racks.accessories import DECK_DEPTH, DECK_WIDTH, load_notice_of
+from warehouse_sim.catalog.racks.beams import BEAM_DEPTH, BEAM_HEIGHT, CONNECTOR_HEIGHT, STEP_BEAM_DEPTH, STEP_HEIGHT
+from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS
+from warehouse_sim.catalog.racks.tolerances import beam_pose, frame_pose
+from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.rack_fittings import add_beam_labels, add_frame_signs, add_guards
@@ -68,7 +59,6 @@ class Rack:
     """Whether load notices hang at the ends and labels on beams and uprights."""
     bay_load: float = np.inf
     """What a level of a bay may carry (kg)."""
-    limits: RackTolerances = field(default_factory=RackTolerances)
 
     @property
     def pitch(self) -> float:
@@ -158,7 +148,7 @@ def _add_frames(
     feet = []
     for x in rack.frames:
         at = np.array([x, FRAME_DEPTH / 2, height / 2])
-        T_nominal_frame = np.eye(4) if rng is None else frame_pose(height, rack.limits, rng)
+        T_nominal_frame = np.eye(4) if rng is None else frame_pose(height, rng)
         frame = draft.add(name, T_world_rack @ make_transform(translation=at) @ T_nominal_frame)
         feet.append(frame.T_world_object @ T_frame_foot)
     return feet
@@ -178,7 +168,7 @@ def _add_level(
         at = np.array([x, y, top - CONNECTOR_HEIGHT / 2])
         T_rack_beam = make_transform(rotation, at)
         if rng is not None:
-            T_rack_beam = T_rack_beam @ beam_pose(rack.bay_width, rack.limits, rng)
+            T_rack_beam = T_rack_beam @ beam_pose(rack.bay_width, rng)
         draft.add(name, T_world_rack @ T_rack_beam)
         tops.append(T_rack_beam @ make_transform(translation=np.array([0.0, 0.0, CONNECTOR_HEIGHT / 2])))
     if rack.mesh_decks:

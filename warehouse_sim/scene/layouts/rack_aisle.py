@@ -6,7 +6,9 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.racks import BAY_WIDTHS, FRAME_DEPTH, HOLE_PITCH, UPRIGHT_WIDTH
+from warehouse_sim.catalog.racks.beams import BAY_WIDTHS
+from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
+from warehouse_sim.catalog.racks.upright import HOLE_PITCH, UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -67,8 +69,8 @@ class RackAisleConfig(Layout):
             raise ValueError(f"beam_levels must rise by at least 0.6 m each, found {list(self.beam_levels)}")
         if not self.beam_levels and not self.ground_level:
             raise ValueError("beam_levels is empty and ground_level is false: no slot is left for a pallet")
-        if self.bay_width not in BAY_WIDTHS.values():
-            raise ValueError(f"bay_width must be one of {sorted(BAY_WIDTHS.values())} m, found {self.bay_width}")
+        if self.bay_width not in BAY_WIDTHS:
+            raise ValueError(f"bay_width must be one of {list(BAY_WIDTHS)} m, found {self.bay_width}")
         if self.pallets_per_bay * self.pallet_width > self.bay_width - 0.05 * (self.pallets_per_bay + 1):
             raise ValueError(
                 f"{self.pallets_per_bay} pallets of {self.pallet_width} m need gaps of 0.05 m beyond bay_width "
@@ -76,7 +78,7 @@ class RackAisleConfig(Layout):
             )
         if self.support_bars and self.beams != "step":
             raise ValueError("support_bars need step beams (beams: step)")
-        if self.mesh_decks and (self.beams != "step" or self.bay_width == min(BAY_WIDTHS.values())):
+        if self.mesh_decks and (self.beams != "step" or self.bay_width == BAY_WIDTHS[0]):
             raise ValueError("mesh_decks need step beams (beams: step) and a bay_width of 2.7 or 3.6 m")
 
     @property

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from warehouse_sim.catalog.building import FLOOR_SIZE, WALL_SIZE
+from warehouse_sim.catalog.building.shell import FLOOR_SIZE, WALL_SIZE
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, PlacementError, shown, suggestion
 from warehouse_sim.geometry.boxes import OrientedBox

@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building import GATE_SIZE, WALL_SIZE
-from warehouse_sim.catalog.building.structure import trunking_luminaire
+from warehouse_sim.catalog.building.safety import GATE_SIZE
+from warehouse_sim.catalog.building.shell import WALL_SIZE
+from warehouse_sim.catalog.building.structure import luminaire_trunking
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
@@ -91,7 +92,7 @@ def hang_luminaires(
 def _luminaire(kind: LuminaireName, length: float) -> ObjectModel:
     """Return a luminaire; trunking is ``length`` m long, so that it makes a row."""
     if kind == "trunking":
-        return trunking_luminaire("luminaire_trunking", length)
+        return luminaire_trunking("luminaire_trunking", length)
     return catalog_object({"highbay": "highbay_luminaire", "round": "luminaire_round"}[kind])
 
 

@@ -6,7 +6,7 @@ to a camera that its own shadows would be seen.
 
 import numpy as np
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.scene.lighting.daylight import outdoors_at
 from warehouse_sim.scene.lighting.presets import Preset

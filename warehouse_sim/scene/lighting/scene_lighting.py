@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warehouse_sim.catalog import materials
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.scene.lighting.daylight import outdoors_at
 from warehouse_sim.scene.lighting.luminaires import Luminaire
 from warehouse_sim.scene.lighting.panes import PANE

@@ -3,10 +3,11 @@
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.carriers import WITHOUT_PALLET
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.schema import ObjectModel
 
+WITHOUT_PALLET = ("gitterbox", "roll_container")
+"""Classes that stand on feet or wheels of their own; the others stand on a pallet."""
 _ON_FLOOR = ("roll_container",)
 """Classes that stand on the floor and nowhere else."""
 _OVER = 0.02

@@ -6,8 +6,12 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads import CARRIERS, DRUMS, SACKS, SKUS, TOTES
-from warehouse_sim.catalog.pallets.wear import WearConfig
+from warehouse_sim.catalog.loads.drums import DRUMS
+from warehouse_sim.catalog.loads.sacks import SACKS
+from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.totes import TOTES
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
+from warehouse_sim.catalog.shipped import CARRIERS
 from warehouse_sim.errors import UnknownNameError, shown
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution

@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads import CORNER_POSTS
-from warehouse_sim.catalog.loads.board import POST_BOARD, POST_LEG
+from warehouse_sim.catalog.loads.board import CORNER_POSTS, POST_BOARD, POST_LEG
 from warehouse_sim.catalog.loads.film_skin import Level
 from warehouse_sim.catalog.loads.film_winding import wound_film
 from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap

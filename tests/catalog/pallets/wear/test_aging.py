@@ -1,8 +1,10 @@
 import numpy as np
 
 from tests.catalog.pallets.wear.used import ruined, wood
-from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.pallets import PALLETS, WearConfig
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.pallets import PALLETS
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
 from warehouse_sim.catalog.pallets.wear.surface import STAGES
 
 NONE = WearConfig(stamps=0.0)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets import WearConfig, damaged
 from warehouse_sim.catalog.pallets.wear.brands import SKIN
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
 from warehouse_sim.geometry.pose import rotation_z
 from warehouse_sim.schema import ObjectModel, Part
 

@@ -3,8 +3,8 @@ import pytest
 
 from tests.catalog.pallets.wear.used import KINDS, ruined, wood
 from warehouse_sim.catalog import catalog_names, catalog_object
-from warehouse_sim.catalog.pallets import WearConfig
 from warehouse_sim.catalog.pallets.wear.damage import FARTHEST, WIDEST_GAP
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
 from warehouse_sim.catalog.pallets.wear.members import members_of
 
 

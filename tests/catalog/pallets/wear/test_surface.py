@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets import WearConfig, damaged
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
 from warehouse_sim.catalog.pallets.wear.surface import stain_shape
 from warehouse_sim.schema import ObjectModel, Part
 

@@ -5,9 +5,11 @@ import pytest
 
 from tests.catalog.pallets.touching import hits, is_closed, prism_of
 from tests.catalog.pallets.wear.used import KINDS, ruined
-from warehouse_sim.catalog import catalog_object, materials
-from warehouse_sim.catalog.pallets import PALLETS, WearConfig, damaged
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
+from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.catalog.pallets.wear.damage import FARTHEST
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
 from warehouse_sim.schema.things import is_damaged
 
 ALL = WearConfig(**dict.fromkeys((item.name for item in fields(WearConfig)), 1.0))

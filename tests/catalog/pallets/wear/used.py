@@ -3,7 +3,7 @@
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets import WearConfig, damaged
+from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
 from warehouse_sim.schema import ObjectModel, Part
 
 KINDS = ("epal1", "epal2", "epal3", "epal6", "epal7", "gma_48x40", "blue_block_1200x1000")

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.dataset.toy import PALLET
-from warehouse_sim.catalog import epal1
+from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.estimators.pose.icp.nearest import VisibleSurfaces
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, measure_fit, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import build_surface
@@ -11,7 +11,7 @@ from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_angle, rotation_y, rotation_z, transform_points
 
 UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-MESH = epal1().mesh()
+MESH = pallet("epal1").mesh()
 SURFACE = build_surface(MESH, 20_000, np.random.default_rng(0))
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 
-from warehouse_sim.catalog import catalog_object, materials
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.render.conformance.scenes import MATERIALS, box_part
 from warehouse_sim.render.raster.meshes.parts import shadow_casters
 from warehouse_sim.schema import ObjectModel, Part

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.render.test_shading import CAMERA, LOOK_DOWN, pixel_of
-from warehouse_sim.catalog.building.shell import clad_wall
+from warehouse_sim.catalog.building.shell import wall_clad
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
@@ -148,7 +148,7 @@ RIBBED = {**MATERIALS, "cladding": Material("cladding", (0.5, 0.5, 0.5), 0.8)}
 
 def ribbed_wall(renderer: Renderer, lights: Sequence[Light], pitch: float) -> np.ndarray:
     """Return the image of a clad wall eight metres ahead, its ribs 35 mm deep and 0.2 m apart."""
-    models = [clad_wall(), box_model("post", (0.2, 0.2, 0.2), "concrete")]
+    models = [wall_clad(), box_model("post", (0.2, 0.2, 0.2), "concrete")]
     placed = [("wall_clad", at(8.1, 0, 4.5, np.pi / 2)), ("post", at(4, -6, 0)), ("post", at(-4, 6, 0))]
     scene = make_scene(models, placed, lights, materials=RIBBED, ambient=0.0 if lights else 300.0, exposure=0.02)
     return render_rgb(renderer, scene, level_camera(np.array([0.0, 0.0, 1.5]), 0.25, pitch))

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import box_part, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, mesh_part, model_of, solid_box
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.solids import prism
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _AROUND, _LEVELS = 40, 22
@@ -45,27 +43,14 @@ BIG_BAGS = {
 
 
 def big_bag(name: str) -> ObjectModel:
-    """Build the bag called ``name`` ("big_bag_1000x950x1200").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``BIG_BAGS``.
-    """
-    if name not in BIG_BAGS:
-        raise UnknownNameError("big bag", name, list(BIG_BAGS))
+    """Build the bag called ``name`` ("big_bag_1000x950x1200")."""
     sku = BIG_BAGS[name]
     size = np.array([sku.length, sku.width, sku.height])
     body = _body(sku)
-    parts = [Part(body, np.ones(3), make_transform(), sku.material), *_loops(sku), *_pouch(sku)]
+    parts = [mesh_part(body, sku.material), *_loops(sku), *_pouch(sku)]
     solid = (0.92 * sku.length, 0.92 * sku.width, sku.height - _LOOP)
-    return ObjectModel(
-        name=name,
-        class_name="big_bag",
-        obj_id=sku.obj_id,
-        size=size,
-        parts=tuple(parts),
-        collision=(solid_box(solid, (0.0, 0.0, -_LOOP / 2)),),
-        mass=sku.mass,
-        symmetry=SymmetryGroup.trivial(),
+    return model_of(
+        name, "big_bag", sku.obj_id, size, parts, (solid_box(solid, (0.0, 0.0, -_LOOP / 2)),), mass=sku.mass
     )
 
 
@@ -124,7 +109,7 @@ def _loops(sku: BigBagSku) -> list[Part]:
         place = np.array([x * 0.30 * sku.length, y * 0.30 * sku.width, high - rise])
         T = make_transform(turn, place)
         meshes.append(TriangleMesh(arch.vertices @ T[:3, :3].T + T[:3, 3], arch.faces))
-    return [Part(merge(meshes), np.ones(3), make_transform(), "strap" if sku.obj_id % 2 else "print_blue")]
+    return [mesh_part(merge(meshes), "strap" if sku.obj_id % 2 else "print_blue")]
 
 
 def _pouch(sku: BigBagSku) -> list[Part]:

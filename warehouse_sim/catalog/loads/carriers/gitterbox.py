@@ -9,9 +9,7 @@ import numpy as np
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
 from warehouse_sim.catalog.loads.carriers.filling import stacked_cartons
 from warehouse_sim.catalog.loads.carriers.wire import bar, ring, wire_panel
-from warehouse_sim.catalog.parts import box_part, fused, solid_box
-from warehouse_sim.errors import UnknownNameError
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.catalog.parts import box_part, fused, model_of
 from warehouse_sim.schema import ObjectModel, Part
 
 LENGTH, WIDTH, HEIGHT = 1.240, 0.835, 0.970
@@ -27,24 +25,11 @@ _CASTING, _CASTINGS = (0.17, 0.14, 0.11), (6, 4, 4)
 
 
 def gitterbox(name: str) -> ObjectModel:
-    """Build the box called ``name`` ("gitterbox_cartons").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``GITTERBOXES``.
-    """
-    if name not in GITTERBOXES:
-        raise UnknownNameError("Gitterbox", name, list(GITTERBOXES))
+    """Build the box called ``name`` ("gitterbox_cartons")."""
     goods, mass = _contents(name)
     size = (LENGTH, WIDTH, HEIGHT)
-    return ObjectModel(
-        name=name,
-        class_name="gitterbox",
-        obj_id=GITTERBOXES[name],
-        size=np.array(size),
-        parts=fused([*_frame(), *_walls(), *_plate(), *goods]),
-        collision=(solid_box(size),),
-        mass=TARE + mass,
-        symmetry=SymmetryGroup.trivial(),
+    return model_of(
+        name, "gitterbox", GITTERBOXES[name], size, fused([*_frame(), *_walls(), *_plate(), *goods]), mass=TARE + mass
     )
 
 

@@ -8,11 +8,9 @@ import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
 from warehouse_sim.catalog.loads.carriers.wire import bar, stations
-from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.solids import Outline, prism, unit_cylinder
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 LENGTH, WIDTH, HEIGHT = 1.200, 1.000, 1.016
@@ -23,25 +21,10 @@ _TUBE, _STEEL = 0.018, "galvanised"
 
 
 def ibc(name: str) -> ObjectModel:
-    """Build the container called ``name`` ("ibc_1000").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``IBCS``.
-    """
-    if name not in IBCS:
-        raise UnknownNameError("IBC", name, list(IBCS))
+    """Build the container called ``name`` ("ibc_1000")."""
     obj_id, material, mass = IBCS[name]
     size = (LENGTH, WIDTH, HEIGHT)
-    return ObjectModel(
-        name=name,
-        class_name="ibc",
-        obj_id=obj_id,
-        size=np.array(size),
-        parts=fused([*_bottle(material), *_cage(), *_plates(obj_id)]),
-        collision=(solid_box(size),),
-        mass=mass,
-        symmetry=SymmetryGroup.trivial(),
-    )
+    return model_of(name, "ibc", obj_id, size, fused([*_bottle(material), *_cage(), *_plates(obj_id)]), mass=mass)
 
 
 def _bottle(material: str) -> list[Part]:

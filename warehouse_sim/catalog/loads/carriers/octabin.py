@@ -18,11 +18,9 @@ from warehouse_sim.catalog.loads.artwork import (
     text_lines,
     word,
 )
-from warehouse_sim.catalog.parts import fused, solid_box
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import fused, model_of, solid_box
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.solids import Outline, prism
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 _LID, _SKIN = 0.12, 0.004
@@ -54,13 +52,7 @@ OCTABINS = {
 
 
 def octabin(name: str) -> ObjectModel:
-    """Build the octabin called ``name`` ("octabin_1160x960x1200").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``OCTABINS``.
-    """
-    if name not in OCTABINS:
-        raise UnknownNameError("octabin", name, list(OCTABINS))
+    """Build the octabin called ``name`` ("octabin_1160x960x1200")."""
     sku = OCTABINS[name]
     body = _octagon(sku.length - 2 * _SKIN, sku.width - 2 * _SKIN, sku.cut)
     lid = _octagon(sku.length, sku.width, sku.cut)
@@ -70,18 +62,17 @@ def octabin(name: str) -> ObjectModel:
         *(_slab(_octagon(sku.length - 0.004, sku.width - 0.004, sku.cut), z, z + 0.016, "strap") for z in _bands(sku)),
     ]
     cut = sku.cut
-    return ObjectModel(
-        name=name,
-        class_name="octabin",
-        obj_id=sku.obj_id,
-        size=np.array([sku.length, sku.width, sku.height]),
-        parts=fused([*parts, *_print(sku)]),
-        collision=(
+    return model_of(
+        name,
+        "octabin",
+        sku.obj_id,
+        (sku.length, sku.width, sku.height),
+        fused([*parts, *_print(sku)]),
+        (
             solid_box((sku.length, sku.width - 2 * cut, sku.height)),
             solid_box((sku.length - 2 * cut, sku.width, sku.height)),
         ),
         mass=sku.mass,
-        symmetry=SymmetryGroup.trivial(),
     )
 
 

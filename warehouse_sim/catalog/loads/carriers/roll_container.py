@@ -8,10 +8,8 @@ import numpy as np
 
 from warehouse_sim.catalog.loads.carriers.filling import stacked_cartons
 from warehouse_sim.catalog.loads.carriers.wire import bar, ring, stations, wire_panel
-from warehouse_sim.catalog.parts import box_part, fused, solid_box, solid_part
-from warehouse_sim.errors import UnknownNameError
+from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
 from warehouse_sim.geometry.solids import unit_cylinder
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 LENGTH, WIDTH, HEIGHT = 0.810, 0.724, 1.700
@@ -30,27 +28,12 @@ _WHEEL, _BASE = 0.125, 0.19
 
 
 def roll_container(name: str) -> ObjectModel:
-    """Build the container called ``name`` ("roll_container_full").
-
-    Raises:
-        UnknownNameError: ``name`` is not in ``ROLL_CONTAINERS``.
-    """
-    if name not in ROLL_CONTAINERS:
-        raise UnknownNameError("roll container", name, list(ROLL_CONTAINERS))
+    """Build the container called ``name`` ("roll_container_full")."""
     obj_id, filled = ROLL_CONTAINERS[name]
     size = (LENGTH, WIDTH, HEIGHT)
     inner = (LENGTH - 0.10, WIDTH - 0.06, filled)
     goods, mass = stacked_cartons(inner, _BASE - HEIGHT / 2, obj_id)
-    return ObjectModel(
-        name=name,
-        class_name="roll_container",
-        obj_id=obj_id,
-        size=np.array(size),
-        parts=fused([*_base(), *_sides(), *goods]),
-        collision=(solid_box(size),),
-        mass=TARE + mass,
-        symmetry=SymmetryGroup.trivial(),
-    )
+    return model_of(name, "roll_container", obj_id, size, fused([*_base(), *_sides(), *goods]), mass=TARE + mass)
 
 
 def _base() -> list[Part]:

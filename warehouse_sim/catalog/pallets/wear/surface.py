@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog.pallets.wear.members import Member
-from warehouse_sim.catalog.parts import solid_part
+from warehouse_sim.catalog.parts import mesh_part, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import rotation_z
 from warehouse_sim.geometry.solids import prism, unit_cylinder
@@ -100,7 +100,7 @@ def _nailed(board: Member, members: list[Member]) -> Member:
         return board
     heads = nail_heads(tuple((round(place, 6), sign * round(side, 6)) for place in places for sign in (-1.0, 1.0)))
     turn = np.eye(3) if board.axis == 0 else rotation_z(np.pi / 2)
-    return board.with_parts(solid_part(heads, (1.0, 1.0, 1.0), _on_top(board), "nail_steel", turn))
+    return board.with_parts(mesh_part(heads, "nail_steel", _on_top(board), turn))
 
 
 @cache

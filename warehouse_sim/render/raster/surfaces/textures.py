@@ -7,7 +7,8 @@ import moderngl
 import numpy as np
 from jaxtyping import UInt8
 
-from warehouse_sim.catalog.pictures import HEIGHT_PX, WIDTH_PX, draw_picture
+from warehouse_sim.catalog.pictures.draw import draw_picture
+from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render.texture_set import NO_CHANGE, read_texture_set
