@@ -51,3 +51,11 @@ def rounded(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [rounded(item) for item in value]
     return value
+
+
+def percent_cell(row: dict[str, Any] | None) -> str:
+    """Return a fraction with its interval as a cell of a table, in per cent; "-" where there is none."""
+    if row is None:
+        return "-"
+    low, high = row["interval"]
+    return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"

@@ -13,13 +13,12 @@ if TYPE_CHECKING:
     from warehouse_sim.api.camera import Camera, Rig
     from warehouse_sim.api.dataset import Dataset
     from warehouse_sim.api.folders import convert, validate
-    from warehouse_sim.api.generate import generate
+    from warehouse_sim.api.generate import Writer, generate
     from warehouse_sim.api.observation import Observation
     from warehouse_sim.api.recipe import Recipe, recipe
     from warehouse_sim.api.scene import Scene
     from warehouse_sim.api.scoring import evaluate, predict, report
     from warehouse_sim.api.training import load_estimator, train
-    from warehouse_sim.api.writer import Writer
     from warehouse_sim.errors import WarehouseSimError
     from warehouse_sim.estimators.image import Detection, RgbdImage
     from warehouse_sim.schema import PoseEstimate
@@ -59,7 +58,7 @@ _PUBLIC = {
     "Rig": "warehouse_sim.api.camera",
     "Scene": "warehouse_sim.api.scene",
     "WarehouseSimError": "warehouse_sim.errors",
-    "Writer": "warehouse_sim.api.writer",
+    "Writer": "warehouse_sim.api.generate",
     "convert": "warehouse_sim.api.folders",
     "evaluate": "warehouse_sim.api.scoring",
     "generate": "warehouse_sim.api.generate",

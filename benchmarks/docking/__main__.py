@@ -14,17 +14,18 @@ import numpy as np
 import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
-from warehouse_sim.benchmark.docking.agreement import (
+from warehouse_sim.benchmark.docking.pictures import picture
+from warehouse_sim.benchmark.docking.record import (
     MARGINS_MM,
+    Kept,
     Row,
+    answer,
     by_kind,
     causes,
     confusion,
     described,
     disagreements,
 )
-from warehouse_sim.benchmark.docking.pictures import picture
-from warehouse_sim.benchmark.docking.record import Kept, answer
 from warehouse_sim.benchmark.docking.sources import Evaluated, Source
 from warehouse_sim.benchmark.docking.truck import TRUCK
 

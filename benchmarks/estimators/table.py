@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from benchmarks.result import percent_cell
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.resources import data_folder
 
@@ -35,7 +36,7 @@ def as_markdown(rows: list[dict[str, Any]]) -> str:
     for method in methods:
         settings = list(dict.fromkeys(row["setting"] for row in rows if row["method"] == method))
         for setting in settings:
-            cells = [_cell(by_key.get((method, setting, data, metric))) for data, metric, _ in _COLUMNS]
+            cells = [percent_cell(by_key.get((method, setting, data, metric))) for data, metric, _ in _COLUMNS]
             name = f"[`{method}`]({method}/card.md)" if setting == settings[0] else ""
             lines.append(f"| {name} | {setting} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
@@ -59,10 +60,3 @@ def replace_table(path: Path, command: str, table: str) -> Path:
         raise ValueError(f"{path}: has no lines {start!r} and {END!r}")
     path.write_text(f"{before}{start}\n\n{table}\n\n{END}{after}", encoding="utf-8")
     return path
-
-
-def _cell(row: dict[str, Any] | None) -> str:
-    if row is None:
-        return "-"
-    low, high = row["interval"]
-    return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"

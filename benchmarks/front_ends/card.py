@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from benchmarks.result import percent_cell
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.lidar.sweep.network import SweepRun
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
@@ -90,13 +91,6 @@ def _description(model: Path) -> list[str]:
 
 
 def _row(row: dict[str, Any]) -> str:
-    cells = [_fraction(row.get(metric)) for metric in _METRICS]
+    cells = [percent_cell(row.get(metric)) for metric in _METRICS]
     quality = row.get("panoptic_quality")
     return f"| {row['name']} | {row['n']} | {' | '.join(cells)} | {f'{100 * quality:.1f}' if quality else '-'} |"
-
-
-def _fraction(found: dict[str, Any] | None) -> str:
-    if found is None:
-        return "-"
-    low, high = found["interval"]
-    return f"{100 * found['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"

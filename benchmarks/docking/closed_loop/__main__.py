@@ -14,8 +14,7 @@ import tyro
 
 from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row
-from warehouse_sim.benchmark.docking.closed_loop.pictures import picture
-from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
+from warehouse_sim.benchmark.docking.closed_loop.report import by_level, picture, table
 from warehouse_sim.benchmark.docking.closed_loop.run import GT_MASKS, ORACLE, Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIFTS, DRIVE
 from warehouse_sim.benchmark.docking.record import Kept

@@ -8,7 +8,6 @@ import pytest
 
 from tests.benchmark.docking.stations import station
 from warehouse_sim.benchmark.docking import record
-from warehouse_sim.benchmark.docking.agreement import causes, confusion, disagreements, swept_docks
 from warehouse_sim.benchmark.docking.questions import (
     AXES,
     KINDS,
@@ -19,7 +18,7 @@ from warehouse_sim.benchmark.docking.questions import (
     swept_answer,
     why_not,
 )
-from warehouse_sim.benchmark.docking.record import Kept, answer
+from warehouse_sim.benchmark.docking.record import Kept, answer, causes, confusion, disagreements, swept_docks
 from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.docking.world import pieces
 from warehouse_sim.catalog import catalog_object

@@ -1,16 +1,17 @@
-"""What both judges say of a question, asked once and kept line by line."""
+"""What both judges say of a question, asked once and kept line by line; how often they agree, and where they do not."""
 
 import hashlib
 import json
 import time
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
-from warehouse_sim.benchmark.docking.agreement import simulated_docks, swept_docks
 from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
 from warehouse_sim.benchmark.docking.sources import Source
@@ -18,6 +19,7 @@ from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.rows.simulated import Verdict
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.schema.things import is_damaged
 
 Row = dict[str, Any]
@@ -105,3 +107,126 @@ def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequ
     kept = Kept(predictions.parent / "answers.jsonl")
     rows = [answer(kept, question, station) for question, station in source.questions(most)]
     return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]
+
+
+MARGINS_MM = (0, 10, 20)
+_RESAMPLES = 2000
+
+
+def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
+    """Return the swept-volume check with a margin to the pallet's own mesh; the depth limits stay.
+
+    Args:
+        row: An answer.
+        margin_mm: Of the swept-volume check.
+        nominal: To the walls of the nominal pockets instead.
+    """
+    clearance = dict(row["swept"]["clearance"])
+    if nominal:
+        clearance["mesh"] = row["swept"]["clearance_nominal"]
+    if any(value is None for value in clearance.values()):
+        return False
+    return bool(clearance["mesh"] >= margin_mm / 1000.0 and min(clearance["heel"], clearance["tips"]) >= 0.0)
+
+
+def evaluated(rows: Sequence[Row], margin_mm: float) -> list[Row]:
+    """Return the rows of pallets that leave a margin at their true pose."""
+    return [row for row in rows if row["swept"]["gt_clearance"] >= margin_mm / 1000.0]
+
+
+def simulated_docks(row: Row) -> bool:
+    """Return whether the simulated truck took the pallet."""
+    return bool(row["simulated"]["outcome"] == "docked")
+
+
+def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False) -> dict[str, Any]:
+    """Count how both judge; the fraction that agrees has a 95 % interval over scenes.
+
+    Args:
+        rows: At least one.
+        margin_mm: Of the swept-volume check; pallets that cannot leave it at their true pose are left out.
+        nominal: Judge by nominal pockets.
+    """
+    rows = evaluated(rows, margin_mm)
+    swept = np.array([swept_docks(row, margin_mm, nominal) for row in rows], dtype=bool)
+    simulated = np.array([simulated_docks(row) for row in rows], dtype=bool)
+    same = (swept == simulated).astype(float)
+    return {
+        "margin_mm": margin_mm,
+        "pockets": "nominal" if nominal else "mesh of the pallet",
+        "both dock": int((swept & simulated).sum()),
+        "swept only": int((swept & ~simulated).sum()),
+        "simulation only": int((~swept & simulated).sum()),
+        "neither": int((~swept & ~simulated).sum()),
+        "agree": float(same.mean()),
+        "agree_95": over_scenes(rows, same),
+    }
+
+
+def over_scenes(rows: Sequence[Row], values: Float[np.ndarray, " n"]) -> tuple[float, float]:
+    """Return the 95 % interval over scenes of the mean of numbers in 0-1, one a row."""
+    places = [(row["source"], row["scene"]) for row in rows]
+    numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
+    scenes = np.array([numbers[place] for place in places])
+    return fraction_interval(values, scenes, _RESAMPLES, np.random.default_rng(0))
+
+
+def by_kind(rows: Sequence[Row]) -> list[Row]:
+    """Return for each source and kind of estimate the fractions that agree and dock, and what fails."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row["source"], row["kind"]), []).append(row)
+    return [
+        {
+            "name": f"{source}, {kind}",
+            "value": confusion(found)["agree"],
+            "interval": confusion(found)["agree_95"],
+            "poses": len(found),
+            "swept-volume check docks": float(np.mean([swept_docks(row) for row in found])),
+            "simulation docks": float(np.mean([simulated_docks(row) for row in found])),
+            "swept only": sum(swept_docks(row) and not simulated_docks(row) for row in found),
+            "simulation only": sum(simulated_docks(row) and not swept_docks(row) for row in found),
+            "outcomes": dict(Counter(row["simulated"]["outcome"] for row in found)),
+        }
+        for (source, kind), found in groups.items()
+    ]
+
+
+def disagreements(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows on which they differ, the ones that the swept-volume check was surest of first."""
+    return sorted(
+        (row for row in rows if swept_docks(row) != simulated_docks(row)), key=lambda row: -abs(least_clearance(row))
+    )
+
+
+def causes(rows: Sequence[Row]) -> dict[str, int]:
+    """Count disagreements by what each side says: the limiting error, or what failed in the simulation and on what."""
+    found: Counter[str] = Counter()
+    for row in disagreements(rows):
+        if simulated_docks(row):
+            found[f"docks although {row['swept']['limiting_error']}"] += 1
+        else:
+            found[f"{row['simulated']['outcome']}: {row['simulated']['by'] or '-'}"] += 1
+    return dict(found.most_common())
+
+
+def least_clearance(row: Row) -> float:
+    """Return the smallest clearance (m) of the swept-volume check; -inf where a tine leaves its pocket or direction."""
+    return min(float("-inf") if value is None else value for value in row["swept"]["clearance"].values())
+
+
+def described(row: Row) -> str:
+    """Return a disagreement as a line."""
+    errors = row["swept"]["errors"]
+    offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))
+    turns = " ".join(f"{name} {np.rad2deg(errors[name]):+.1f} deg" for name in ("yaw", "pitch"))
+    clearance, simulated = least_clearance(row), row["simulated"]
+    left = f"clearance {1000 * clearance:+.1f} mm" if np.isfinite(clearance) else "a tine out of its pocket"
+    met = f" {simulated['by']}" if simulated["by"] else ""
+    return (
+        f"{row['source']} scene {row['scene']} pallet {row['instance']} {row['face']} ({row['kind']}): "
+        f"{offsets} {turns}; "
+        f"swept {'docks' if swept_docks(row) else 'fails: ' + row['swept']['limiting_error']}, "
+        f"{left}; simulation {simulated['outcome']}{met} "
+        f"({simulated['force']:.0f} N, {1000 * simulated['push']:.1f} mm)"
+    )
