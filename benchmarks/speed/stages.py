@@ -19,8 +19,7 @@ from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.render.raster.backend import RasterRenderer
-from warehouse_sim.render.raster.image_targets import ImageTargets
+from warehouse_sim.render.raster.backend import ImageTargets, RasterRenderer
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.lidar import read as lidar
 from warehouse_sim.sensors.rgbd import read as rgbd

@@ -8,7 +8,7 @@ import pytest
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from warehouse_sim.geometry.overlap import box_coverage, box_ious
+from warehouse_sim.geometry.boxes import box_coverage, box_ious
 from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
 
 

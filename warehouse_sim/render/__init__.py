@@ -1,10 +1,21 @@
 """Scene and camera -> clean pixels of every kind, and exact rays. Only this room knows OpenGL."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
+from warehouse_sim.config import from_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.render.options import BACKENDS, backend_options, option_settings, with_shortcuts
+from warehouse_sim.registry import Registry
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, Renderer
+from warehouse_sim.yaml_file import parse_yaml
+
+BACKENDS = Registry("render backend")
+"""Each name stands for a class; it may have ``Options``, a frozen dataclass of defaults that its constructor takes."""
+BACKENDS.add("raster", "warehouse_sim.render.raster.backend:RasterRenderer")
+BACKENDS.add("mujoco", "warehouse_sim.render.mujoco.backend:MujocoRenderer")
+BACKENDS.add("pyrender", "warehouse_sim.render.pyrender.backend:PyrenderRenderer")
+BACKENDS.add("pathtrace", "warehouse_sim.render.pathtrace.backend:PathtraceRenderer")
 
 
 def open_renderer(name: str = "raster", options: Any = None, **settings: Any) -> Renderer:
@@ -27,6 +38,71 @@ def open_renderer(name: str = "raster", options: Any = None, **settings: Any) ->
         raise ConfigError(f"the render backend {name} takes its own options alone; make them with backend_options()")
     renderer: Renderer = backend() if options is None else backend(options)
     return renderer
+
+
+def backend_options(name: str, pairs: Mapping[str, Any]) -> Any:
+    """Return the options of a backend as the dataclass that it declares; None for a backend that declares none.
+
+    Args:
+        name: A name of ``BACKENDS``.
+        pairs: Values by the name of the option; text is read as in a recipe ("0.5" is a number).
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: The backend has no such option, or the value is none that it takes.
+    """
+    where = f"options of the render backend {name}"
+    kind = getattr(BACKENDS.get(name), "Options", None)
+    if kind is not None:
+        return from_mapping(kind, {key: _plain(value, f"{where}: {key}") for key, value in pairs.items()}, where)
+    if pairs:
+        raise ConfigError(f"{where}: {', '.join(pairs)} given, but it takes none; leave them out")
+    return None
+
+
+def option_settings(name: str, pairs: Sequence[str]) -> dict[str, Any]:
+    """Return the checked settings that ``key=value`` texts give, as ``open_renderer`` takes them.
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: A text is no pair, a key comes twice, or the backend has no such option or not with this value.
+    """
+    given: dict[str, str] = {}
+    for pair in pairs:
+        key, is_pair, value = pair.partition("=")
+        if not is_pair or key in given:
+            raise ConfigError(
+                f"options of the render backend {name}: expected key=value, each key once; found {pair!r}"
+            )
+        given[key] = value
+    checked = backend_options(name, given)
+    return {key: getattr(checked, key) for key in given}
+
+
+def with_shortcuts(name: str, pairs: Sequence[str], flags: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return ``key=value`` texts with those of a command line's flags, such as ``--samples 16``.
+
+    Args:
+        name: A name of ``BACKENDS``.
+        pairs: What ``--backend-options`` gives.
+        flags: Values by the name of the option; None and False where the flag is not given.
+
+    Raises:
+        UnknownNameError: No such backend.
+        ConfigError: The backend has no option of this name.
+    """
+    given = {key: value for key, value in flags.items() if value is not None and value is not False}
+    kind = getattr(BACKENDS.get(name), "Options", None)
+    known = {item.name for item in fields(kind)} if kind is not None else set()
+    if missing := [f"--{key}" for key in given if key not in known]:
+        raise ConfigError(
+            f"{', '.join(missing)}: the render backend {name} has no such option; leave out or add --backend pathtrace"
+        )
+    return (*pairs, *(f"{key}={str(value).lower()}" for key, value in given.items()))
+
+
+def _plain(value: Any, where: str) -> Any:
+    return parse_yaml(value, where) if isinstance(value, str) else value
 
 
 __all__ = [

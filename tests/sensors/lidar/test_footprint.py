@@ -9,7 +9,7 @@ from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
-from warehouse_sim.sensors.lidar.echo import Echoes, strongest_echoes
+from warehouse_sim.sensors.lidar.echo import Echoes, PulseEchoes
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
 QUIET = replace(LidarConfig().ideal(), divergence_mrad=(2.0, 2.0), azimuth_range_deg=(-20.0, 20.0))
@@ -83,7 +83,7 @@ def test_the_strongest_echo_is_blended_by_power() -> None:
         np.float32([[0.2, 0.2, 0.3], [0.1, 0.0, 0.9], [0.0, 0.0, 0.0], [0.001, 0.4, 0.4]]),
         np.int32([[1, 2, 3], [1, 0, 3], [0, 0, 0], [1, 2, 3]]),
     )
-    echoes = strongest_echoes(fractions, pulse_length=0.75, extinction=0.0)
+    echoes = PulseEchoes.of(fractions, pulse_length=0.75, extinction=0.0).pick("strongest")
     first, second = 0.2 / 10**2, 0.2 / 10.3**2
     blend = (first * 10 + second * 10.3) / (first + second)
     np.testing.assert_allclose(echoes.distance, [blend, 20.0, inf, 30.0996], rtol=1e-5)

@@ -24,7 +24,7 @@ from warehouse_sim.evaluation.detection.scores import (
     wanted_in,
 )
 from warehouse_sim.evaluation.intervals import wilson
-from warehouse_sim.geometry.overlap import box_ious
+from warehouse_sim.geometry.boxes import box_ious
 from warehouse_sim.geometry.precision_recall import match, precision_recall
 from warehouse_sim.output import make_folder
 

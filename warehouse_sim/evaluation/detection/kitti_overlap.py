@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
 from warehouse_sim.dataset.formats.kitti.reader import DONT_CARE, KittiLabel
-from warehouse_sim.geometry.overlap import box_areas, box_coverage, box_ious
+from warehouse_sim.geometry.boxes import box_areas, box_coverage, box_ious
 
 _EDGES = ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))
 

@@ -11,8 +11,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results.detections import FoundObject
-from warehouse_sim.geometry.boxes import mask_box_xyxy
-from warehouse_sim.geometry.overlap import box_coverage, box_ious, mask_intersections
+from warehouse_sim.geometry.boxes import box_coverage, box_ious, mask_box_xyxy, mask_intersections
 from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
 
 OVERLAPS = (0.5, 0.75)

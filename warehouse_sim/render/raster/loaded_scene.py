@@ -10,8 +10,7 @@ from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
 from warehouse_sim.render.raster.light.light_textures import DistributionTexture, FieldTexture, distributions_of
-from warehouse_sim.render.raster.light.lighting import Lighting
-from warehouse_sim.render.raster.light.lights import MAX_LIGHTS, ShadedLight
+from warehouse_sim.render.raster.light.lighting import MAX_LIGHTS, Lighting, ShadedLight
 from warehouse_sim.render.raster.light.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary
 from warehouse_sim.render.raster.meshes.object_index import ObjectIndex

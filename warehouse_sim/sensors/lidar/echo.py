@@ -129,11 +129,6 @@ class PulseEchoes:
         )
 
 
-def strongest_echoes(fractions: Echoes, *, pulse_length: float, extinction: float) -> Echoes:
-    """Return the strongest echo of each pulse; see ``PulseEchoes.of``."""
-    return PulseEchoes.of(fractions, pulse_length=pulse_length, extinction=extinction).pick("strongest")
-
-
 _BRIGHTEST = np.float32(10.0)
 """Where a receiver is taken to saturate: 1000 %, as for other highlights."""
 

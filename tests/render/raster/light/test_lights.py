@@ -5,7 +5,7 @@ import pytest
 
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import spot
-from warehouse_sim.render.raster.light.lights import LIGHT, MAX_LIGHTS, ShadedLight, light_records
+from warehouse_sim.render.raster.light.lighting import LIGHT, MAX_LIGHTS, ShadedLight, light_records
 
 T_WORLD_CAMERA = level_camera(np.array([0.0, 0.0, 1.5]), 0.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
-from warehouse_sim.geometry.overlap import box_coverage, box_ious
+from warehouse_sim.geometry.boxes import box_coverage, box_ious
 
 
 @dataclass(frozen=True)
