@@ -31,10 +31,3 @@ def test_an_edge_of_three_sheets_has_no_one_on_the_other_side() -> None:
     assert (found.across == -1).all()
     assert found.inner.sum() == 2  # the two triangles in the plane z = 0 still share their edge
     assert plane_regions(found).tolist() == [0, 1, 0]
-
-
-def test_vertices_at_one_place_are_one() -> None:
-    triangles = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
-    soup = TriangleMesh(triangles.reshape(-1, 3), np.arange(6, dtype=np.int32).reshape(2, 3))
-    pair, _ = parallelograms(facets(soup))
-    assert pair.tolist() == [[0, 1]]

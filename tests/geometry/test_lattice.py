@@ -12,13 +12,6 @@ def volume(mesh: TriangleMesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
-def test_a_full_lattice_is_the_box_around_it() -> None:
-    mesh = lattice_solid(X, Y, Z, np.ones((3, 3, 1), dtype=bool))
-    np.testing.assert_array_equal(np.ptp(mesh.vertices, axis=0), [4.0, 3.5, 0.5])
-    assert volume(mesh) == pytest.approx(4.0 * 3.5 * 0.5)
-    assert mesh.face_areas().sum() == pytest.approx(2 * (4.0 * 3.5 + 4.0 * 0.5 + 3.5 * 0.5))
-
-
 def test_a_hole_has_walls_and_the_surface_is_closed() -> None:
     filled = np.ones((3, 3, 1), dtype=bool)
     filled[1, 1, 0] = False

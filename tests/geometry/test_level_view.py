@@ -46,15 +46,6 @@ def test_no_row_or_column_is_to_spare(camera: PinholeCamera) -> None:
     assert (np.array([level.width, level.height]) - 0.5 - high > -1e-6).all()
 
 
-def test_a_level_pinhole_is_its_own_level_view_but_a_lens_is_taken_off() -> None:
-    T = pose(0.0)
-    assert level_view(KITTI, T) == (KITTI, T)
-    assert levelled(T) is T
-    camera, T_level = level_view(WIDE, T)
-    assert camera.distortion is None
-    assert T_level is T
-
-
 @pytest.mark.parametrize("yaw", [-3.0, 0.4, 2.0])
 def test_the_heading_of_a_camera_that_looks_straight_down_is_where_its_image_ends_above(yaw: float) -> None:
     ahead = levelled(pose(-90.0, yaw=yaw))[:3, 2]

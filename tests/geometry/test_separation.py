@@ -48,21 +48,6 @@ def test_agrees_with_points_sampled_inside_random_boxes() -> None:
     assert 50 < np.sum(distance > 0) < 250
 
 
-def test_moving_by_the_declared_depth_along_the_axis_ends_the_overlap() -> None:
-    rng = np.random.default_rng(1)
-    boxes_a, boxes_b = random_boxes(rng, 100), random_boxes(rng, 100)
-    pairs = np.stack([np.arange(100), np.arange(100)], axis=1)
-    first = BoxStack.of(boxes_a).separation(BoxStack.of(boxes_b), pairs)
-    moved = [
-        OrientedBox(make_transform(b.T_parent_box[:3, :3], b.T_parent_box[:3, 3] - d * n), b.size)
-        for b, d, n in zip(boxes_b, first.distance, first.axis, strict=True)
-    ]
-    second = BoxStack.of(boxes_a).separation(BoxStack.of(moved), pairs)
-    overlapping = first.distance < 0.0
-    assert overlapping.sum() > 20
-    assert second.distance[overlapping].min() > -1e-9
-
-
 def test_pairs_finds_every_pair_within_the_margin() -> None:
     rng = np.random.default_rng(2)
     stack = BoxStack.of(random_boxes(rng, 40))

@@ -41,17 +41,6 @@ def test_sixteen_paths_come_near_to_many(denoising: Any, wall: SceneSpec) -> Non
     assert abs((clean - many).mean()) < 1.0  # neither brighter nor darker
 
 
-def test_labels_and_depth_are_not_touched(denoising: Any, wall: SceneSpec) -> None:
-    T = wall.viewpoints[0].T_world_camera
-    denoising.load(wall)
-    buffers = denoising.render(CAMERA, T, normals=True)
-    with open_pathtracer(samples=1) as plain:
-        plain.load(wall)
-        other = plain.render(CAMERA, T, normals=True)
-    for name in ("depth", "instance_mask", "normals"):
-        assert np.array_equal(getattr(buffers, name), getattr(other, name))
-
-
 def test_the_same_bytes_from_any_number_of_threads_and_after_any_other_view(denoising: Any, wall: SceneSpec) -> None:
     import drjit as dr
 
@@ -67,24 +56,6 @@ def test_the_same_bytes_from_any_number_of_threads_and_after_any_other_view(deno
     with open_pathtracer(samples=16, denoise=True) as overwrite:
         overwrite.load(wall)
         assert np.array_equal(overwrite.render(CAMERA, first).rgb, before)
-
-
-@pytest.mark.parametrize("threads", [1, 2, 5])
-def test_the_denoisers_threads_change_no_byte(threads: int) -> None:
-    oidn = pytest.importorskip("pyoidn", reason="the extra pathtrace is not installed")
-    from warehouse_sim.render.pathtrace.denoiser import Denoiser, Features
-
-    rng = np.random.default_rng(3)
-    image, albedo = (rng.gamma(1.0, 0.3, (77, 131, 3)).astype(np.float32) for _ in range(2))
-    features = Features(np.clip(albedo, 0, 1), np.full_like(albedo, 0.577))
-    one, some = Denoiser(), Denoiser()
-    some._device.release()
-    some._device = oidn.Device(oidn.OIDN_DEVICE_TYPE_CPU)
-    some._device.set_int("numThreads", threads)
-    some._device.commit()
-    assert np.array_equal(one.clean(image, features), some.clean(image, features))
-    one.close()
-    some.close()
 
 
 def test_print_of_few_pixels_stays_as_sharp_as_it_is(denoising: Any) -> None:

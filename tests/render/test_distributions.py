@@ -14,10 +14,9 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
-from warehouse_sim.render.light_selection import light_geometry
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.photometry import relative_intensity
-from warehouse_sim.schema import IntensityDistribution, Light, Material, SceneChange, SceneSpec
+from warehouse_sim.schema import IntensityDistribution, Light, Material, SceneSpec
 
 FLOOR = box_model("floor", (40, 40, 0.1), "concrete", "floor", 90)
 CAMERA = PinholeCamera.from_focal(64, 48, 40.0)
@@ -124,11 +123,3 @@ def test_meter_and_grid_of_irradiance_see_the_file_as_they_see_the_formula(fill:
     fields = [LightGatherer(lay_grid(item)).field(item.lights, item.ambient) for item in (scene, same)]
     for before, after in zip(*(field.levels for field in fields), strict=True):
         np.testing.assert_allclose(after.irradiance, before.irradiance, atol=5e-3 * float(before.irradiance.max()))
-
-
-def test_a_light_that_turns_is_another_light() -> None:
-    light = replace(LAMP, distribution=distribution(one_sided))
-    turned = replace(light, along=(0.0, 1.0, 0.0))
-    assert len({light_geometry(LAMP), light_geometry(light), light_geometry(turned)}) == 3
-    assert SceneChange.between(scene_of(light), scene_of(turned)).lights
-    assert not SceneChange.between(scene_of(light), replace(scene_of(light), lights=(light,))).lights

@@ -6,7 +6,6 @@ import pytest
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, spot
 from warehouse_sim.render.light_selection import (
-    even_illuminance,
     facing_illuminance,
     point_ahead,
     reference_points,
@@ -43,8 +42,3 @@ def test_a_spot_gives_its_intensity_over_the_square_of_the_distance_within_its_c
     middle = np.arccos((np.cos(0.3) + np.cos(0.6)) / 2)
     rim = np.array([[3 * np.tan(middle), 0, 2.0]])
     assert facing_illuminance(light, rim)[0] == pytest.approx(900 / (3 / np.cos(middle)) ** 2 / 4)
-
-
-def test_the_even_light_is_that_of_sky_and_ground_together() -> None:
-    scene = make_scene([box_model("floor", (9, 9, 0.1))], [("floor", at(0, 0, 0))], ambient=100.0)
-    assert even_illuminance(scene) == pytest.approx(65.0)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.test_backend import CAMERA, digest
-from warehouse_sim.errors import RenderError
-from warehouse_sim.render import Renderer, open_renderer
+from tests.render.test_backend import digest
+from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import at, rack_wall, spot
 from warehouse_sim.render.light_selection import light_geometry
 from warehouse_sim.render.raster import loaded_scene
@@ -77,18 +76,6 @@ def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(coun
         with open_renderer() as fresh:
             assert digest(fresh, scene) == seen
     assert len(set(digests)) == 6
-
-
-def test_a_scene_that_fails_leaves_the_one_before_as_it_was(renderer: Renderer) -> None:
-    wall = rack_wall()
-    first = digest(renderer, wall)
-    broken = replace(moved(wall), instances=(*moved(wall).instances, wall.instances[0]))
-    with pytest.raises(RenderError, match="occurs twice"):
-        renderer.load(broken)
-    T = wall.viewpoints[0].T_world_camera
-    image = renderer.render(CAMERA, T).rgb
-    assert digest(renderer, wall) == first
-    assert np.array_equal(renderer.render(CAMERA, T).rgb, image)
 
 
 def test_lights_stand_as_before_by_what_shades() -> None:

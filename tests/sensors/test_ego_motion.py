@@ -10,18 +10,21 @@ def test_a_straight_drive_moves_points_and_turns_nothing() -> None:
     motion = EgoMotion(np.array([2.0, 0.0, 0.0]), 0.0, np.zeros(3))
     time = np.array([-0.5, 0.0, 0.25])
     points = np.tile([1.0, 2.0, 3.0], (3, 1))
-    np.testing.assert_allclose(motion.moved(points, time), points + np.outer(time, [2.0, 0, 0]), atol=1e-6)
-    np.testing.assert_array_equal(motion.turned(points, time), points.astype(np.float32))
+    moved, turned = motion.carried(points, points, time)
+    np.testing.assert_allclose(moved, points + np.outer(time, [2.0, 0, 0]), atol=1e-6)
+    np.testing.assert_array_equal(turned, points.astype(np.float32))
 
 
 def test_a_turn_follows_its_circle() -> None:
     """1 m/s along x at 0.5 rad/s: a circle of radius 2 about (0, 2), a quarter of which takes pi seconds."""
     motion = EgoMotion(np.array([1.0, 0.0, 0.0]), 0.5, np.zeros(3))
     time = np.array([np.pi, 2 * np.pi, 4 * np.pi])
-    np.testing.assert_allclose(motion.moved(np.zeros((3, 3)), time), [[2, 2, 0], [0, 4, 0], [0, 0, 0]], atol=1e-6)
     ahead = np.tile([0.3, 0.0, 1.5], (3, 1))
-    np.testing.assert_allclose(motion.moved(ahead, time), [[2, 2.3, 1.5], [-0.3, 4, 1.5], [0.3, 0, 1.5]], atol=1e-6)
-    np.testing.assert_allclose(motion.turned(ahead, time)[:2], [[0, 0.3, 1.5], [-0.3, 0, 1.5]], atol=1e-6)
+    pivot, turned = motion.carried(np.zeros((3, 3)), ahead, time)
+    np.testing.assert_allclose(pivot, [[2, 2, 0], [0, 4, 0], [0, 0, 0]], atol=1e-6)
+    np.testing.assert_allclose(turned[:2], [[0, 0.3, 1.5], [-0.3, 0, 1.5]], atol=1e-6)
+    moved = motion.carried(ahead, ahead, time)[0]
+    np.testing.assert_allclose(moved, [[2, 2.3, 1.5], [-0.3, 4, 1.5], [0.3, 0, 1.5]], atol=1e-6)
 
 
 def test_a_viewpoint_says_how_its_vehicle_moves() -> None:

@@ -85,7 +85,8 @@ def test_in_a_turn_it_feels_what_the_path_bends_by() -> None:
     view = Viewpoint(T_world_camera, T_world_vehicle=T_world_vehicle, velocity=(1.2, 0.5, 0.0), yaw_rate=0.6)
     motion, step = EgoMotion.of(view), 0.05
     assert motion is not None
-    places = motion.moved(np.tile(T_world_camera[:3, 3], (3, 1)), np.array([-step, 0.0, step])).astype(float)
+    place = np.tile(T_world_camera[:3, 3], (3, 1))
+    places = motion.carried(place, place, np.array([-step, 0.0, step]))[0].astype(float)
     bend = (places[0] - 2 * places[1] + places[2]) / step**2  # single precision: to some 1e-3 m/s^2
     expected = invert(T_world_camera)[:3, :3] @ (bend + np.array([0.0, 0.0, G]))
     np.testing.assert_allclose(specific_force(T_world_camera, view), expected, atol=2e-3)

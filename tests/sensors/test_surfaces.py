@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from tests.sensors.targets import CAMERA, capture_of, plane
+from tests.sensors.targets import CAMERA, capture_of
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, returned_light, see_surfaces
+from warehouse_sim.sensors.surfaces import returned_light, see_surfaces
 
 
 def test_each_pixel_gets_the_material_that_its_ray_meets() -> None:
@@ -18,16 +18,6 @@ def test_each_pixel_gets_the_material_that_its_ray_meets() -> None:
     assert surfaces.remission[20, 20] == 0.0
     # The post's face is 20 cm wide, 1.9 m away.
     assert (surfaces.roughness[120] == np.float32(0.4)).sum() == pytest.approx(0.2 / 1.9 * 585.5, abs=2.0)
-
-
-@pytest.mark.parametrize("lean", [0.0, 40.0, 75.0])
-def test_the_cosine_is_that_of_normal_and_ray(lean: float) -> None:
-    buffers = plane(2.0, lean)
-    assert buffers.normals is not None
-    rays = CAMERA.rays()
-    np.testing.assert_allclose(camera_rays(CAMERA), rays, atol=1e-6)
-    expected = np.abs((buffers.normals * rays).sum(axis=-1)) / np.linalg.norm(rays, axis=-1)
-    np.testing.assert_allclose(facing_cosine(buffers.normals, CAMERA), expected, atol=1e-6)
 
 
 def test_white_plaster_sends_back_its_cosine_and_metal_its_mirror_image() -> None:

@@ -95,6 +95,11 @@ class Viewpoint:
     exposure: float | None = None
     """As ``SceneSpec.exposure``, for this viewpoint; None = the scene's."""
 
+    @property
+    def T_world_carrier(self) -> Transform:
+        """Pose of the vehicle, or of the camera where nothing carries it."""
+        return self.T_world_camera if self.T_world_vehicle is None else self.T_world_vehicle
+
 
 @dataclass(frozen=True, eq=False)
 class SceneSpec:

@@ -38,9 +38,8 @@ class Capture:
 def camera_motion(viewpoint: Viewpoint) -> Motion:
     """Return how the camera of ``viewpoint`` moves with its vehicle, or by itself where nothing carries it."""
     T_world_camera = viewpoint.T_world_camera
-    carrier = T_world_camera if viewpoint.T_world_vehicle is None else viewpoint.T_world_vehicle
     turning = np.array([0.0, 0.0, viewpoint.yaw_rate])
-    lever = T_world_camera[:3, 3] - carrier[:3, 3]
+    lever = T_world_camera[:3, 3] - viewpoint.T_world_carrier[:3, 3]
     R_camera_world = T_world_camera[:3, :3].T
     velocity = np.asarray(viewpoint.velocity) + np.cross(turning, lever)
     return Motion(R_camera_world @ velocity, R_camera_world @ turning)

@@ -25,8 +25,8 @@ class EgoMotion:
         """Return the motion of a viewpoint's vehicle; None when it stands."""
         if not any(viewpoint.velocity) and viewpoint.yaw_rate == 0:
             return None
-        T = viewpoint.T_world_camera if viewpoint.T_world_vehicle is None else viewpoint.T_world_vehicle
-        return cls(np.asarray(viewpoint.velocity, float), viewpoint.yaw_rate, T[:3, 3].astype(float))
+        pivot = viewpoint.T_world_carrier[:3, 3].astype(float)
+        return cls(np.asarray(viewpoint.velocity, float), viewpoint.yaw_rate, pivot)
 
     def transform(self, time: float) -> Transform:
         """Return how what the vehicle carries moves in the world from time 0 to ``time`` (s)."""
@@ -36,14 +36,6 @@ class EgoMotion:
         way = along * self.velocity + aside * np.cross([0.0, 0.0, 1.0], self.velocity)
         R = rotation_z(angle)
         return make_transform(R, self.pivot + way - R @ self.pivot)
-
-    def turned(self, vectors: Float[np.ndarray, "n 3"], time: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
-        """Return world vectors that the vehicle carries, as they are at ``time`` (s)."""
-        return _Turn.by(self.yaw_rate * time).of(vectors.T).T
-
-    def moved(self, points: Float[np.ndarray, "n 3"], time: Float[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
-        """Return world points that the vehicle carries (m), as they are at ``time`` (s)."""
-        return self.carried(points, points, time)[0]
 
     def carried(
         self,
@@ -56,31 +48,23 @@ class EgoMotion:
         The pivot follows the arc: with v turning at rate w, its way is ``v sin(wt)/w + (z x v) (1 - cos(wt))/w``.
         """
         angle = self.yaw_rate * time
-        turn = _Turn.by(angle)
-        along = turn.sine / self.yaw_rate if self.yaw_rate else time
+        cosine, sine = np.cos(angle), np.sin(angle)
+        along = sine / self.yaw_rate if self.yaw_rate else time
         aside = 2.0 * np.square(np.sin(0.5 * angle)) / self.yaw_rate if self.yaw_rate else np.zeros_like(time)
         across = np.cross([0.0, 0.0, 1.0], self.velocity)
-        moved = turn.of(points.T - self.pivot.astype(points.dtype)[:, None])
+        moved = _turned(points - self.pivot.astype(points.dtype), cosine, sine)
         for component, place, v, c in zip(moved, self.pivot, self.velocity, across, strict=True):
             component += (along * float(v) + aside * float(c)) + float(place)
-        return moved.T, turn.of(vectors.T).T
+        return moved.T, _turned(vectors, cosine, sine).T
 
 
-@dataclass(frozen=True, eq=False)
-class _Turn:
-    """Turns about the vertical axis."""
-
-    cosine: Float[np.ndarray, " n"]
-    sine: Float[np.ndarray, " n"]
-
-    @classmethod
-    def by(cls, angle: Float[np.ndarray, " n"]) -> "_Turn":
-        return cls(np.cos(angle), np.sin(angle))
-
-    def of(self, vectors: Float[np.ndarray, "3 n"]) -> Float32[np.ndarray, "3 n"]:
-        x, y, z = vectors
-        turned = np.empty((3, len(x)), np.float32)
-        turned[0] = x * self.cosine - y * self.sine
-        turned[1] = x * self.sine + y * self.cosine
-        turned[2] = z
-        return turned
+def _turned(
+    vectors: Float[np.ndarray, "n 3"], cosine: Float[np.ndarray, " n"], sine: Float[np.ndarray, " n"]
+) -> Float32[np.ndarray, "3 n"]:
+    """Return components of vectors that are turned about the vertical axis, each by its own angle."""
+    x, y, z = vectors.T
+    turned = np.empty((3, len(x)), np.float32)
+    turned[0] = x * cosine - y * sine
+    turned[1] = x * sine + y * cosine
+    turned[2] = z
+    return turned

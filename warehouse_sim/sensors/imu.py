@@ -57,8 +57,7 @@ def specific_force(T_world_sensor: Transform, viewpoint: Viewpoint) -> Float[np.
         T_world_sensor: Pose of the sensor.
         viewpoint: How what carries it moves.
     """
-    T_carrier = viewpoint.T_world_camera if viewpoint.T_world_vehicle is None else viewpoint.T_world_vehicle
-    turning, lever = np.array([0.0, 0.0, viewpoint.yaw_rate]), T_world_sensor[:3, 3] - T_carrier[:3, 3]
+    turning, lever = np.array([0.0, 0.0, viewpoint.yaw_rate]), T_world_sensor[:3, 3] - viewpoint.T_world_carrier[:3, 3]
     acceleration = np.cross(turning, np.asarray(viewpoint.velocity) + np.cross(turning, lever))
     felt: Float[np.ndarray, " 3"] = T_world_sensor[:3, :3].T @ (acceleration + np.array([0.0, 0.0, GRAVITY]))
     return felt

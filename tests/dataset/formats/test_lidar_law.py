@@ -75,5 +75,5 @@ def test_points_go_back_to_where_they_were_hit(motion: str) -> None:
     hits, starts = in_world(points, time, T_world_lidar, law, seen)
     since = time - law.forward_time
     lidar = np.broadcast_to(T_world_lidar[:3, 3], points.shape)
-    assert np.allclose(hits, ego.moved(still, since) if motion == "raw" else still, atol=1e-5)
-    assert np.allclose(starts, lidar if motion == "ignored" else ego.moved(lidar, since), atol=1e-5)
+    assert np.allclose(hits, ego.carried(still, still, since)[0] if motion == "raw" else still, atol=1e-5)
+    assert np.allclose(starts, lidar if motion == "ignored" else ego.carried(lidar, lidar, since)[0], atol=1e-5)

@@ -162,12 +162,3 @@ def test_an_image_is_as_sharp_and_lies_where_its_ids_lie(behind_lens: LensRender
     # The first dark pixel begins half a pixel left of its centre.
     assert abs((np.array(by_colour) - 0.5 - expected).mean()) < 0.1
     assert abs((by_ids - 0.5 - expected).mean()) < 0.1
-
-
-def test_a_camera_without_a_lens_is_passed_on(behind_lens: LensRenderer, renderer: Renderer, wall: SceneSpec) -> None:
-    behind_lens.load(wall)
-    T = wall.viewpoints[0].T_world_camera
-    mine, theirs = behind_lens.render(BARREL.pinhole, T), renderer.render(BARREL.pinhole, T)
-    assert np.array_equal(mine.rgb, theirs.rgb)
-    assert np.array_equal(mine.depth, theirs.depth)
-    assert behind_lens.capabilities == renderer.capabilities

@@ -50,12 +50,6 @@ def test_an_edge_within_the_pulse_gives_points_between_the_surfaces() -> None:
     assert np.abs(fractions[:, None] - expected).min(axis=1).max() < 0.01
 
 
-def test_an_edge_beyond_the_pulse_gives_the_stronger_surface() -> None:
-    raycaster = plate_and_wall(1.0)
-    assert len(between(raycaster, QUIET, 1.0)) == 0
-    assert len(between(raycaster, replace(QUIET, pulse_length=1.2), 1.0)) > 10
-
-
 def test_edges_above_and_below_count_as_well() -> None:
     """A plate below the horizon: only the vertical width meets its upper edge."""
     models = [box_model("plate", (0.02, 40, 2.0)), box_model("wall", (1, 80, 80))]

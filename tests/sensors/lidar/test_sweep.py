@@ -8,18 +8,6 @@ from warehouse_sim.sensors.lidar.lasers import LASERS
 from warehouse_sim.sensors.lidar.sweep import make_sweep
 
 
-@pytest.mark.parametrize("name", LIDAR_PRESETS)
-def test_rays_are_unit_vectors_that_start_beside_the_centre(name: str) -> None:
-    sweep = make_sweep(LIDAR_PRESETS[name])
-    np.testing.assert_allclose(np.linalg.norm(sweep.directions, axis=1), 1.0, atol=1e-6)
-    lasers = LASERS[LIDAR_PRESETS[name].model]()
-    assert np.abs((sweep.origins * sweep.directions).sum(axis=1)).max() <= lasers.ahead + 1e-6
-    offset = np.sqrt(lasers.up**2 + lasers.left**2 + lasers.ahead**2)[np.argsort(lasers.rings())][
-        :: LIDAR_PRESETS[name].every_nth_beam
-    ]
-    np.testing.assert_allclose(np.linalg.norm(sweep.origins, axis=1), offset[sweep.ring], atol=1e-6)
-
-
 def test_each_ring_has_its_elevation_and_covers_the_turn_once() -> None:
     sweep = make_sweep(LidarConfig())
     grid = sweep.directions.reshape(*sweep.shape, 3).astype(float)

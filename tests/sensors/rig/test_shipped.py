@@ -3,23 +3,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import data_folder
-from warehouse_sim.sensors.rig import RigConfig, rig_names
+from warehouse_sim.sensors.rig import RigConfig
 
 
 def rig(data: dict) -> RigConfig:
     return RigConfig.from_plain(data, "here")
-
-
-@pytest.mark.parametrize("name", rig_names())
-def test_a_shipped_rig_is_resolved_and_read_back(name: str) -> None:
-    found = rig({"rig": name})
-    plain = to_mapping(found)
-    assert "rig" not in plain
-    assert rig(plain) == found
 
 
 def test_kitti_has_the_geometry_of_kitti() -> None:

@@ -1,9 +1,6 @@
-from dataclasses import replace
-
 import numpy as np
 
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
-from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, pallet_model
 from warehouse_sim.render.raster.meshes.parts import build_part_table, placed_records
 
@@ -42,17 +39,3 @@ def test_edges_that_are_equal_to_the_centimetre_keep_their_order() -> None:
         scene = make_scene([box_model("box", edges)], [("box", at(0, 0, 0))])
         orders[edges] = int(build_part_table(scene, ROWS).template["identity"][0, 2])
     assert list(orders.values()) == [0 + 4 * 1 + 16 * 2, 0 + 4 * 1 + 16 * 2, 2 + 4 * 1 + 16 * 0]
-
-
-def test_a_subset_keeps_rows_and_meshes() -> None:
-    box = box_model("box", (1, 2, 3))
-    drum = replace(box, name="drum", parts=(replace(box.parts[0], mesh=unit_cylinder(8)),))
-    scene = make_scene([pallet_model(), drum], [("drum", at(0, 0, 0)), ("pallet", at(1, 2, 3))])
-    table = build_part_table(scene, ROWS)
-    assert table.rows_of_mesh == (slice(0, 1), slice(1, len(table)))
-    part = table.subset(np.array([3, 5]))
-    assert part.meshes == table.meshes
-    assert part.rows_of_mesh == (slice(0, 0), slice(0, 2))
-    assert np.array_equal(part.template, table.template[[3, 5]])
-    assert np.array_equal(part.T_world_part, table.T_world_part[[3, 5]])
-    assert part.tops().tolist() == table.tops()[[3, 5]].tolist()

@@ -118,15 +118,6 @@ def test_a_face_that_stands_on_a_nearer_one_draws_the_border() -> None:
     assert (rgba[:, 3:, :3] == 255).all()
 
 
-def test_a_diagonal_border_between_two_centres_cuts_a_corner_off_both_pixels() -> None:
-    """At 45 degrees halfway between the centres: an eighth of a pixel each."""
-    rgba, reach, depth = sample_image()
-    reach[:, 3, 0] = stored(0.5, 1.0)
-    EdgeSmoother((6, 4)).smooth(rgba, reach, depth)
-    assert linear(rgba[:, 2, :3]) == pytest.approx(0.125, abs=0.02)
-    assert linear(rgba[:, 3, :3]) == pytest.approx(0.875, abs=0.02)
-
-
 def test_top_and_bottom_rows_and_outer_columns_have_no_neighbours() -> None:
     rgba = np.random.default_rng(0).integers(0, 255, (5, 7, 4), np.uint8)
     reach = np.full((5, 7, 4), 255, np.uint8)

@@ -14,11 +14,6 @@ def test_an_edge_becomes_the_integral_of_the_point_spread() -> None:
     assert spread_points(edge, 0.0) is edge
 
 
-def test_even_light_stays_as_it_is_behind_glare() -> None:
-    even = np.full((96, 160, 3), 0.4, np.float32)
-    np.testing.assert_allclose(add_glare(even, 0.05), even, rtol=1e-5)
-
-
 def test_a_door_in_the_sun_veils_what_is_far_from_it_by_its_share_of_the_mean() -> None:
     """7 times saturation on a tenth of the image: half of 4 % of 0.7 falls on the far corner, more next to the door."""
     light = np.zeros((320, 640, 3), np.float32)

@@ -22,13 +22,6 @@ def light_behind(codes: np.ndarray, saturation: float = 1.0) -> np.ndarray:
     return inverse_tone_map(linear_from_srgb(codes / 255.0) * tone_map(np.array(saturation)))
 
 
-def test_what_exceeds_saturation_is_white_and_cannot_be_told_apart() -> None:
-    assert (read(1.0, BARE) == 255).all()
-    assert np.array_equal(read(1.01, BARE), read(7.0, BARE))
-    assert read(0.9, BARE).max() < 255
-    assert (read(2.0, replace(BARE, saturation=4.0)) < 255).all()
-
-
 def test_a_full_pixel_is_white_and_not_the_colour_of_its_gains() -> None:
     assert (read(3.0, replace(BARE, red_gain=2.0, blue_gain=1.7)) == 255).all()
 

@@ -17,10 +17,10 @@ class ColorConfig:
     vignetting alone.
     """
 
-    shot_noise: Annotated[float, Range(0, 1)] = 0.0001
-    """Variance of linear light (1 = saturation) per linear value at ISO 100, 0-1; 1 / full well in electrons."""
-    read_noise: Annotated[float, Range(0, 1)] = 0.00000002
-    """Variance of linear light that is always there, at ISO 100, 0-1."""
+    shot_noise: ClassVar[float] = 0.0001
+    """Variance of linear light (1 = saturation) per linear value at ISO 100; 1 / full well in electrons."""
+    read_noise: ClassVar[float] = 0.00000002
+    """Variance of linear light that is always there, at ISO 100."""
     noise_scale: Annotated[float, Range(0, 100)] = 1.0
     """Factor on the standard deviation of both, 0-100."""
     f_number: ClassVar[float] = 2.0
@@ -44,8 +44,8 @@ class ColorConfig:
     """Fraction of the light that lens and housing scatter over the image, 0-1."""
     flicker: Fraction = 0.08
     """Depth of modulation of the light on the mains, 0-1; exposures of whole periods do not see it."""
-    flicker_hz: Annotated[float, Range(1, 100_000, "Hz")] = 100.0
-    """Frequency of that (Hz), 1-100,000: twice that of the mains."""
+    flicker_hz: ClassVar[float] = 100.0
+    """Frequency of that (Hz): twice that of the mains."""
     saturation: Annotated[float, Range(0.1, 8)] = 1.0
     """Linear light at which a pixel is full, 0.1-8: stored as white. Above 7.2 the display curve saturates first."""
     bits: Annotated[int, Range(8, 16)] = 10
