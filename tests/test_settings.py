@@ -21,7 +21,7 @@ from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.settings import PredictConfig

@@ -15,7 +15,7 @@ from benchmarks.estimators.score import SETTINGS, Setting, place_of
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.evaluation import Scores, read_scores
 from warehouse_sim.evaluation.intervals import fraction_interval

@@ -13,8 +13,8 @@ import torch
 import tyro
 import yaml
 
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes, write_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
 from warehouse_sim.learning import run_folder
 from warehouse_sim.output import write_bytes

@@ -9,7 +9,7 @@ from benchmarks.estimators import bounds
 from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.evaluation.summary import Summary

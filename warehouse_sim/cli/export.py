@@ -1,7 +1,5 @@
 """``warehouse-sim convert``, ``export-scene``, ``export``: a dataset, scene or network as files of other programs."""
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -115,22 +113,10 @@ def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """
     require_extra("learn", "to read a network")
     require_extra("export", "to export it")
-    from warehouse_sim.estimators.detectors.export import export_detector
-    from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
-    from warehouse_sim.estimators.lidar.sweep.export import export_sweep_detector
-    from warehouse_sim.estimators.pose.densefusion.export import export_onnx
-    from warehouse_sim.estimators.segmenters.segnet.export import export_segmenter
-    from warehouse_sim.learning.run_folder import read_kind
+    from warehouse_sim.estimators.export import export_run
 
     folder = model_dir(run)
     require_ending("--out", out, ".onnx")
-    others: dict[str, Callable[[Path, Path], float]] = {
-        "detector": export_detector,
-        "rtdetr": partial(export_detector, opens=RtdetrRun),
-        "segmenter": export_segmenter,
-        "sweep-detector": export_sweep_detector,
-    }
-    write = others.get(read_kind(folder), export_onnx)
-    difference = write(folder, out)
+    difference = export_run(folder, out)
     say(f"the file gives what torch gives to within {difference:.1e}")
     finish(out)

@@ -49,7 +49,7 @@ SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxCluste
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS.add("detector", "warehouse_sim.estimators.detectors.estimator:TrainedDetector")
 FRONT_ENDS.add("sweep-detector", "warehouse_sim.estimators.lidar.sweep.estimator:TrainedSweepDetector")
-FRONT_ENDS.add("rtdetr", "warehouse_sim.estimators.detectors.rtdetr.estimator:TrainedRtdetr")
+FRONT_ENDS.add("rtdetr", "warehouse_sim.estimators.detectors.rtdetr.network:TrainedRtdetr")
 FRONT_ENDS.add("segmenter", "warehouse_sim.estimators.segmenters.segnet.estimator:TrainedSegmenter")
 
 

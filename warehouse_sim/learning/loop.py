@@ -4,7 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Generic, Protocol
 
 import numpy as np
 import torch
@@ -16,9 +16,10 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.averaging import MovingAverage
 from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
-from warehouse_sim.learning.compute import choose_precision, mixed
+from warehouse_sim.learning.compute import choose_precision, mixed, on_device
 from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
+from warehouse_sim.learning.samples.ahead import Key, Made, MadeAhead
 from warehouse_sim.learning.samples.order import step_seed
 from warehouse_sim.learning.settings import LoopConfig
 
@@ -55,6 +56,32 @@ class Task(nn.Module, ABC):
     def rate(self, fraction: float, step: int) -> float | None:
         """Return the factor on the learning rate of a step; None for one cosine over the whole run."""
         return None
+
+
+class ComposedTask(Task, Generic[Key, Made]):
+    """A task whose samples are composed by threads, those of the next step while the network works on this.
+
+    Args:
+        network: What is trained.
+        workers: Threads; 1 composes in the training's own.
+    """
+
+    def __init__(self, network: nn.Module, workers: int) -> None:
+        super().__init__(network)
+        self._device = torch.device("cpu")
+        self._samples = MadeAhead(self.compose, workers)
+
+    @abstractmethod
+    def compose(self, key: Key) -> Made:
+        """Return the sample that a key stands for; called in several threads at once."""
+
+    def move_samples(self, device: torch.device) -> None:
+        """Remember where batches go; what they are composed of stays on the disk."""
+        self._device = device
+
+    def stacked(self, arrays: Sequence[np.ndarray]) -> Tensor:
+        """Return arrays of one shape as a batch on the device."""
+        return on_device(torch.from_numpy(np.stack(arrays)), self._device)
 
 
 class Order(Protocol):

@@ -2,7 +2,8 @@
 
 import logging
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,29 +12,44 @@ import torch
 from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
+from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.optional import require
 from warehouse_sim.output import make_folder, write_bytes
 
 Inputs = dict[str, Tensor]
 
 
-def export_network(
-    network: nn.Module,
-    examples: tuple[Inputs, Inputs],
-    outputs: Sequence[str],
-    metadata: Mapping[str, str],
-    out: Path,
-    tolerance: float,
-) -> float:
-    """Write a network with a free batch axis, compare the file with torch, and return the largest difference.
+class Portable(nn.Module, ABC):
+    """A network that takes tensors by name and returns a tuple of them.
 
     Args:
-        network: Takes tensors by name and returns a tuple of them.
-        examples: Two batches of inputs, not of one length: the first is traced, the second compared.
-        outputs: Names of what it returns.
-        metadata: What is needed to prepare inputs and to read outputs.
-        out: File to write.
-        tolerance: Largest difference that is accepted.
+        config: What defines the network.
+        network: The network, trained.
+    """
+
+    tolerance: float
+    """Largest difference from torch that is accepted."""
+
+    def __init__(self, config: RunConfig, network: nn.Module) -> None:
+        super().__init__()
+        self.config, self.network = config, network
+
+    @property
+    @abstractmethod
+    def outputs(self) -> tuple[str, ...]:
+        """Names of what it returns."""
+
+    @abstractmethod
+    def random_inputs(self, batch: int, seed: int = 0) -> Inputs:
+        """Return random inputs, of the shapes and ranges that real ones have."""
+
+    @abstractmethod
+    def metadata(self) -> dict[str, str]:
+        """Return what is needed to prepare inputs and to read outputs."""
+
+
+def export_network(network: Portable, out: Path) -> float:
+    """Write a network with a free batch axis, compare the file with torch, and return the largest difference.
 
     Raises:
         MissingPackageError: onnx, onnxscript or onnxruntime is not installed.
@@ -41,18 +57,21 @@ def export_network(
     """
     onnx, onnxruntime = (require(name, "export", "to export a network") for name in ("onnx", "onnxruntime"))
     require("onnxscript", "export", "to export a network")
-    example, other = examples
+    # Not of one length: the first batch is traced, the second compared.
+    example, other = network.random_inputs(2), network.random_inputs(3)
     free = {name: {0: torch.export.Dim("batch")} for name in example}
     with torch.no_grad(), _quiet():
         # Strict: the other way of tracing takes the length of a batch for a constant.
         traced = torch.export.export(network, (), kwargs=example, dynamic_shapes=free, strict=True)
-        program = torch.onnx.export(traced, input_names=list(example), output_names=outputs, dynamo=True, verbose=False)
+        program = torch.onnx.export(
+            traced, input_names=list(example), output_names=network.outputs, dynamo=True, verbose=False
+        )
     assert program is not None
     model = program.model_proto
-    onnx.helper.set_model_props(model, dict(metadata))
+    onnx.helper.set_model_props(model, network.metadata())
     session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
     difference = _difference(network, session, other)
-    if not difference <= tolerance:
+    if not difference <= network.tolerance:
         raise TrainingError(f"{out}: the exported network differs from torch by {difference:.1e}; nothing was written")
     make_folder(out.parent)
     write_bytes(out, model.SerializeToString())

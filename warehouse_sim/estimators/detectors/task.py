@@ -1,23 +1,26 @@
-"""One training step and one validation of a detector."""
+"""What the trainings of all detectors share: a step, a validation, and the job; a network brings its sizes and loss."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, Kept, box_precision, suppress
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, Kept, box_precision, suppress
+from warehouse_sim.estimators.detectors.preparation import Prepared, prepare
+from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, TrainableOnImages
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
-from warehouse_sim.learning.compute import on_device
-from warehouse_sim.learning.loop import Task
-from warehouse_sim.learning.samples.ahead import MadeAhead
+from warehouse_sim.learning.job import Started, TrainingJob
+from warehouse_sim.learning.loop import ComposedTask
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.order import GroupedOrder
+from warehouse_sim.learning.settings import Progress
 
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
@@ -38,7 +41,7 @@ class _Place(NamedTuple):
     """Whether it may be one."""
 
 
-class BoxTask(Task):
+class BoxTask(ComposedTask[_Place, Sample]):
     """Train a network that gives boxes on samples composed again at each step.
 
     Args:
@@ -61,14 +64,8 @@ class BoxTask(Task):
         class_of: dict[int, int],
         order: GroupedOrder,
     ) -> None:
-        super().__init__(network)
+        super().__init__(network, config.workers)
         self.config, self._images, self._class_of, self._order = config, images, class_of, order
-        self._device = torch.device("cpu")
-        self._samples = MadeAhead(self._composed, config.workers)
-
-    def move_samples(self, device: torch.device) -> None:
-        """Remember where batches go; images stay on the disk."""
-        self._device = device
 
     def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the images ``index``, composed afresh."""
@@ -96,7 +93,8 @@ class BoxTask(Task):
         group, rows = self._order.group_of(index)
         return [_Place(step, place, group, row, mosaics) for place, row in enumerate(rows.tolist())][part]
 
-    def _composed(self, at: _Place) -> Sample:
+    def compose(self, at: _Place) -> Sample:
+        """Return the training sample of a place in a step."""
         rng = np.random.default_rng([self.config.seed, at.step, at.place])
         return self.composed(self._images["train"][at.group], at.row, rng, at.mosaics)
 
@@ -132,10 +130,7 @@ class BoxTask(Task):
     def _tensors(self, samples: Sequence[Sample]) -> Inputs:
         rgb = [sample.rgb for sample in samples if sample.rgb is not None]
         depth = [sample.depth for sample in samples if sample.depth is not None]
-        colours, metres = (
-            on_device(torch.from_numpy(np.stack(images)), self._device) if images else None for images in (rgb, depth)
-        )
-        return colours, metres
+        return self.stacked(rgb) if rgb else None, self.stacked(depth) if depth else None
 
     def _targets(self, samples: Sequence[Sample]) -> Targets:
         parts = [self._known(sample.labels) for sample in samples]
@@ -169,3 +164,38 @@ def _size(sample: Sample) -> tuple[int, ...]:
     image = sample.rgb if sample.rgb is not None else sample.depth
     assert image is not None
     return image.shape
+
+
+@dataclass(frozen=True)
+class BoxJob(TrainingJob):
+    """A training of any network that gives boxes."""
+
+    config: BoxTrainingConfig
+
+    run_config: ClassVar[type[BoxRun]]
+    task: ClassVar[type[BoxTask]]
+    """Its step and validation."""
+    samples: ClassVar[str] = "images"
+    watched: ClassVar[tuple[str, str]] = ("val_ap50", "validation AP50 {:.1f} %")
+
+    @abstractmethod
+    def sizes(self, prepared: Prepared) -> Any:
+        """Return the configuration of the network."""
+
+    def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:
+        """Read the samples."""
+        assert isinstance(self.config, AnyDetectorConfig)
+        assert isinstance(self.method, TrainableOnImages)
+        return prepare(readers, self.method.reads, self.config, self.cache_dir, progress)
+
+    def start(self, progress: Progress | None = None) -> Started:
+        """Read the samples and make a fresh network."""
+        readers = self.readers()
+        prepared = self.prepared(readers, progress)
+        torch.manual_seed(self.config.seed)
+        counts = {split: [len(arrays["labels"]) for arrays in parts] for split, parts in prepared.images.items()}
+        order = GroupedOrder(counts["train"], self.config.batch, self.config.seed)
+        sizes, read = self.sizes(prepared), {"classes": prepared.classes, "images": prepared.reading}
+        config = self.run_config(**self.origin(readers), **read, network=sizes)
+        task = self.task(config.make_network(), self.config, prepared.images, prepared.class_of, order)
+        return Started(task, order, config, {split: sum(sizes) for split, sizes in counts.items()})

@@ -11,7 +11,7 @@ from pycocotools.cocoeval import COCOeval
 from tests.estimators.detectors.rtdetr.conftest import CONFIG
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.estimator import DetectConfig
-from warehouse_sim.estimators.detectors.rtdetr.estimator import TrainedRtdetr
+from warehouse_sim.estimators.detectors.rtdetr.network import TrainedRtdetr
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.estimators.train import train

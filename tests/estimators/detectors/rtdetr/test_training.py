@@ -11,7 +11,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
-from warehouse_sim.estimators.detectors.rtdetr.estimator import RTDETR_DETECT, TrainedRtdetr
+from warehouse_sim.estimators.detectors.rtdetr.network import RTDETR_DETECT, TrainedRtdetr
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.train import train
 

@@ -7,9 +7,8 @@ import torch
 
 from tests.dataset.toy import PALLET
 from tests.estimators.pose.densefusion.made_crops import pallet_shape
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import write_meshes
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, Size, TrainConfig, with_preset
 from warehouse_sim.estimators.pose.densefusion.training.preparation import crop_of, network_of
 from warehouse_sim.estimators.registries import ESTIMATORS

@@ -14,8 +14,7 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import wanted_targets
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import write_weights

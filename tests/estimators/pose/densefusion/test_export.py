@@ -7,15 +7,8 @@ import torch
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import MissingPackageError, TrainingError
-from warehouse_sim.estimators.pose.densefusion import export as module
-from warehouse_sim.estimators.pose.densefusion.export import (
-    OUTPUTS,
-    TOLERANCE,
-    PortableNetwork,
-    export_onnx,
-    random_inputs,
-)
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.export import PortableNetwork, export_run
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import trained_names
 
 pytest.importorskip("onnxscript")
@@ -56,39 +49,39 @@ def test_the_file_computes_what_torch_computes(
 
     monkeypatch.setattr(PoseRun, "load_network", load_disturbed)
     file = tmp_path / "folder" / "model.onnx"
-    assert export_onnx(run, file) < TOLERANCE
+    assert export_run(run, file) < PortableNetwork.tolerance
     session = onnxruntime.InferenceSession(file, providers=["CPUExecutionProvider"])
     config = PoseRun.read(run)
-    network = PortableNetwork(config.load_network(run))
+    network = PortableNetwork(config, config.load_network(run))
     known = {item.name for item in session.get_inputs()}
-    assert tuple(item.name for item in session.get_outputs()) == OUTPUTS
+    assert tuple(item.name for item in session.get_outputs()) == network.outputs
     for batch in (1, 3):
-        inputs = random_inputs(config, batch, seed=batch)
+        inputs = network.random_inputs(batch, seed=batch)
         with torch.no_grad():
             expected = network(**inputs)
         found = session.run(None, {key: value.numpy() for key, value in inputs.items() if key in known})
         for a, b in zip(found, expected, strict=True):
-            np.testing.assert_allclose(a, b.numpy(), atol=TOLERANCE)
+            np.testing.assert_allclose(a, b.numpy(), atol=PortableNetwork.tolerance)
     (item,) = json.loads(session.get_modelmeta().custom_metadata_map["objects"])
     assert (item["obj_id"], item["name"]) == (1, "toy-pallet")
 
 
 def test_a_file_that_computes_something_else_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "TOLERANCE", -1.0)
+    monkeypatch.setattr(PortableNetwork, "tolerance", -1.0)
     with pytest.raises(TrainingError, match="differs from torch"):
-        export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")
+        export_run(made_run(tmp_path / "run"), tmp_path / "model.onnx")
     assert not (tmp_path / "model.onnx").exists()
 
 
 def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "onnxscript", None)
     with pytest.raises(MissingPackageError, match=r"warehouse-sim\[export\]"):
-        export_onnx(made_run(tmp_path / "run"), tmp_path / "model.onnx")
+        export_run(made_run(tmp_path / "run"), tmp_path / "model.onnx")
 
 
 @pytest.mark.slow
 def test_a_network_of_surroundings_and_gravity_is_exported(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run", preset="robust")
-    assert export_onnx(run, tmp_path / "model.onnx") < TOLERANCE
+    assert export_run(run, tmp_path / "model.onnx") < PortableNetwork.tolerance
     session = onnxruntime.InferenceSession(tmp_path / "model.onnx", providers=["CPUExecutionProvider"])
     assert {"inside", "level"} <= {item.name for item in session.get_inputs()}

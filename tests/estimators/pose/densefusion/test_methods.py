@@ -8,7 +8,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.densefusion import Dense
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
-from warehouse_sim.estimators.pose.densefusion.training.task import PoseTask
+from warehouse_sim.estimators.pose.densefusion.training.train import PoseTask
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.learning.clock import learning_rate_factor
 

@@ -8,8 +8,7 @@ from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting import search, verification
 from warehouse_sim.estimators.pose.fitting.fit import PoseFit, rectangle_fit
-from warehouse_sim.estimators.pose.fitting.hypotheses import distinct
-from warehouse_sim.estimators.pose.fitting.rectangle import upright_boxes
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, upright_boxes
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.boxes import box_corners

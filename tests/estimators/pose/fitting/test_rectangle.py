@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.pose.fitting.rectangle import quantiles
+from warehouse_sim.estimators.pose.fitting.hypotheses import quantiles
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 50, 401])

@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
 
 import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
+from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
 from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrConfig, RtdetrSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
@@ -206,3 +208,25 @@ class RtdetrRun(BoxRun):
             MissingPackageError: The library is not installed.
         """
         return RtdetrNetwork(self.network, self.images)
+
+
+RTDETR_DETECT = DetectConfig(max_overlap=0.9)
+"""Each object is taught to one box only: what overlaps less is another object, such as pallets behind each other."""
+
+
+class TrainedRtdetr(TrainedDetector):
+    """The RT-DETR of a run folder.
+
+    Args:
+        run: Run folder, or folder of a bundled model.
+        config: What counts as found.
+
+    Raises:
+        TrainingError: The folder holds no complete run of an RT-DETR.
+        MissingPackageError: The library is not installed.
+    """
+
+    opens: ClassVar[type[BoxRun]] = RtdetrRun
+
+    def __init__(self, run: Path, config: DetectConfig = RTDETR_DETECT) -> None:
+        super().__init__(run, config)

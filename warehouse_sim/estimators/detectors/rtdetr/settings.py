@@ -37,7 +37,7 @@ class TrainableRtdetr(TrainableOnImages):
     settings: RtdetrConfig = RtdetrConfig()
 
     job: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.train:RtdetrJob"
-    opens: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.estimator:TrainedRtdetr"
+    opens: ClassVar[str] = "warehouse_sim.estimators.detectors.rtdetr.network:TrainedRtdetr"
     extra: ClassVar[str] = "detectors"
 
 

@@ -14,20 +14,19 @@ from torch import Tensor
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.boxes import BoxRun
-from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared
-from warehouse_sim.estimators.detectors.rtdetr.estimator import RTDETR_DETECT
 from warehouse_sim.estimators.detectors.rtdetr.loss import Labels, make_loss
 from warehouse_sim.estimators.detectors.rtdetr.network import (
     EXTRA,
     PURPOSE,
+    RTDETR_DETECT,
     SIZES,
     RtdetrNetwork,
     RtdetrNetworkConfig,
     RtdetrRun,
 )
 from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrConfig
-from warehouse_sim.estimators.detectors.task import BoxTask, ImageBoxTask, Inputs
+from warehouse_sim.estimators.detectors.task import BoxJob, BoxTask, ImageBoxTask, Inputs
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.learning.compute import on_device
 from warehouse_sim.learning.job import Started, starting_weights

@@ -1,4 +1,4 @@
-"""What the training of the package's own detector has of its own: anchors for its data, its loss."""
+"""What the training of the package's own detectors has of its own: anchors for its data, its loss."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,10 +9,8 @@ from jaxtyping import Float
 from torch import Tensor
 
 from warehouse_sim.estimators.detectors.boxes import BoxRun
-from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared, wanted_sizes
-from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
-from warehouse_sim.estimators.detectors.task import BoxTask, ImageBoxTask, Inputs
+from warehouse_sim.estimators.detectors.task import BoxJob, BoxTask, ImageBoxTask, Inputs
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, cluster_anchors
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import (
@@ -23,7 +21,8 @@ from warehouse_sim.estimators.detectors.yolov5.network import (
     DetectorNetworkConfig,
     DetectorRun,
 )
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
 
 _ANCHORS_A_LEVEL = 3
 _MOST_CLUSTERED = 20_000
@@ -43,23 +42,11 @@ class DetectionTask(ImageBoxTask):
             return detection_loss(self.network, raw, targets, self.config.loss)
 
 
-def network_config(prepared: Prepared, config: BoxTrainingConfig, size: DetectorSize) -> DetectorNetworkConfig:
-    """Return the network of a size for the classes, with anchors for the boxes of the training data."""
-    rng = np.random.default_rng(config.seed)
-    sizes = rng.permutation(wanted_sizes(prepared.images["train"], prepared.class_of, config))[:_MOST_CLUSTERED]
-    fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
-    anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
-    return DetectorNetworkConfig(WIDTHS[size], DEPTH, len(prepared.classes), anchors)
-
-
 @dataclass(frozen=True)
-class DetectorJob(BoxJob):
-    """A training of the detector of this package."""
+class CellJob(BoxJob):
+    """A training of any network that looks for boxes about the anchors of cells."""
 
-    config: DetectorConfig
-
-    run_config: ClassVar[type[BoxRun]] = DetectorRun
-    task: ClassVar[type[BoxTask]] = DetectionTask
+    config: DetectorConfig | SweepDetectorConfig
 
     @property
     def is_small(self) -> bool:
@@ -67,5 +54,19 @@ class DetectorJob(BoxJob):
         return self.config.size != "small"
 
     def sizes(self, prepared: Prepared) -> DetectorNetworkConfig:
-        """Return widths by size, and anchors for the data."""
-        return network_config(prepared, self.config, self.config.size)
+        """Return widths by size, and anchors for the boxes of the training data."""
+        rng, boxes = np.random.default_rng(self.config.seed), prepared.images["train"]
+        sizes = rng.permutation(wanted_sizes(boxes, prepared.class_of, self.config))[:_MOST_CLUSTERED]
+        fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
+        anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
+        return DetectorNetworkConfig(WIDTHS[self.config.size], DEPTH, len(prepared.classes), anchors)
+
+
+@dataclass(frozen=True)
+class DetectorJob(CellJob):
+    """A training of the detector of this package."""
+
+    config: DetectorConfig
+
+    run_config: ClassVar[type[BoxRun]] = DetectorRun
+    task: ClassVar[type[BoxTask]] = DetectionTask

@@ -13,13 +13,11 @@ from torch.nn import functional
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.boxes import BoxRun
-from warehouse_sim.estimators.detectors.job import BoxJob
 from warehouse_sim.estimators.detectors.preparation import Prepared, known_classes, require_wanted
 from warehouse_sim.estimators.detectors.task import BoxTask, Inputs
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetworkConfig
-from warehouse_sim.estimators.detectors.yolov5.train import network_config
+from warehouse_sim.estimators.detectors.yolov5.train import CellJob
 from warehouse_sim.estimators.images.compose import Sample
 from warehouse_sim.estimators.lidar.sweep.compose import composed_sweep, plain_sweep
 from warehouse_sim.estimators.lidar.sweep.network import DEPTH_CHANNELS, SweepNetwork, SweepRun
@@ -80,18 +78,13 @@ def pixel_loss(logits: Float[Tensor, "b h w"], shows: Float[Tensor, "b h w"]) ->
 
 
 @dataclass(frozen=True)
-class SweepJob(BoxJob):
+class SweepJob(CellJob):
     """A training of a detector of sweeps."""
 
     config: SweepDetectorConfig
 
     run_config: ClassVar[type[BoxRun]] = SweepRun
     task: ClassVar[type[BoxTask]] = SweepTask
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the network gains little from several threads."""
-        return self.config.size != "small"
 
     def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:
         """Read the sweeps of train and val, and find the classes.
@@ -109,10 +102,6 @@ class SweepJob(BoxJob):
         classes, class_of = known_classes(readers, found["train"], config)
         require_wanted(found, readers, classes, class_of, config, "--wanted.points")
         return Prepared(found, class_of, classes, config.sweep)
-
-    def sizes(self, prepared: Prepared) -> DetectorNetworkConfig:
-        """Return widths by size, and anchors for the data."""
-        return network_config(prepared, self.config, self.config.size)
 
     def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
         """Copy the weights of a detector of sweeps, or of depth images, whose channels are this one's first."""

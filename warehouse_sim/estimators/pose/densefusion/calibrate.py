@@ -19,8 +19,8 @@ from warehouse_sim.estimators.pose.densefusion.calibration import (
     write_calibration,
 )
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, without_mesh
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import Transform

@@ -14,7 +14,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundT
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss
 
-# Keeps the square root differentiable at a perfect prediction; 1e-4 of half a diameter.
+# Keeps the square root differentiable at a perfect prediction and where two points coincide; 1e-4 of half a diameter.
 _EPSILON = 1e-8
 
 
@@ -193,19 +193,8 @@ def _place(
 def _nearest_point_distance(
     rotation: Float[Tensor, "b n 3 3"], translation: Float[Tensor, "b n 3"], gt: GroundTruth, shapes: ShapeTensors
 ) -> Float[Tensor, "b n"]:
-    surface = shapes.surface[gt.class_index]
-    predicted = torch.einsum("bnij,bmj->bnmi", rotation, surface) + translation[:, :, None]
-    wanted = surface @ gt.rotation.mT + gt.translation[:, None]
-    with torch.no_grad():
-        # Not by matrix products: their differences of squares lose the small distances.
-        far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")
-        nearest = far.argmin(dim=-1)
-    matched = torch.gather(wanted, 1, nearest[..., None].expand(-1, -1, 3)).view_as(predicted)
-    return ((predicted - matched).square().sum(dim=-1) + _EPSILON).sqrt().mean(dim=-1)
-
-
-# Keeps the square root differentiable where two points coincide; 1e-4 of half a diameter.
-_EPSILON_CHAMFER = 1e-8
+    predicted, wanted, far = _surfaces(rotation, translation, gt, shapes)
+    return _apart(predicted, _rows(wanted, far.argmin(dim=3)), squared=False).mean(dim=-1)
 
 
 def chamfer_distance(
@@ -229,19 +218,25 @@ def chamfer_distance(
         shapes: Shapes of the classes, with points of their surfaces.
         squared: Whether distances are squared before the mean.
     """
-    with torch.autocast(rotation.device.type, enabled=False):
-        surface = shapes.surface[gt.class_index]
-        predicted = torch.einsum("bnij,bmj->bnmi", rotation.float(), surface) + translation.float()[:, :, None]
-        wanted = surface @ gt.rotation.mT + gt.translation[:, None]
-        with torch.no_grad():
-            # Not by matrix products: their differences of squares lose the small distances.
-            far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")
-            far = far.view(*predicted.shape[:3], wanted.shape[1])
-            of_predicted, of_gt = far.argmin(dim=3), far.argmin(dim=2)
-        wanted = wanted[:, None].expand(-1, predicted.shape[1], -1, -1)
-        there = _apart(predicted, _rows(wanted, of_predicted), squared)
-        back = _apart(wanted, _rows(predicted, of_gt), squared)
+    with _in_32_bits(rotation):
+        predicted, wanted, far = _surfaces(rotation.float(), translation.float(), gt, shapes)
+        there = _apart(predicted, _rows(wanted, far.argmin(dim=3)), squared)
+        back = _apart(wanted, _rows(predicted, far.argmin(dim=2)), squared)
         return there.mean(dim=-1) + back.mean(dim=-1)
+
+
+def _surfaces(
+    rotation: Float[Tensor, "b n 3 3"], translation: Float[Tensor, "b n 3"], gt: GroundTruth, shapes: ShapeTensors
+) -> tuple[Float[Tensor, "b n m 3"], Float[Tensor, "b n m 3"], Float[Tensor, "b n m m"]]:
+    """Return the surface's points in each pose and in the true one, and how far these are from each other."""
+    surface = shapes.surface[gt.class_index]
+    predicted = torch.einsum("bnij,bmj->bnmi", rotation, surface) + translation[:, :, None]
+    wanted = surface @ gt.rotation.mT + gt.translation[:, None]
+    with torch.no_grad():
+        # Not by matrix products: their differences of squares lose the small distances.
+        far = torch.cdist(predicted.flatten(1, 2), wanted, compute_mode="donot_use_mm_for_euclid_dist")
+    far = far.view(*predicted.shape[:3], wanted.shape[1])
+    return predicted, wanted[:, None].expand(-1, predicted.shape[1], -1, -1), far
 
 
 def _rows(points: Float[Tensor, "b n m 3"], index: Tensor) -> Float[Tensor, "b n m 3"]:
@@ -250,4 +245,4 @@ def _rows(points: Float[Tensor, "b n m 3"], index: Tensor) -> Float[Tensor, "b n
 
 def _apart(a: Float[Tensor, "b n m 3"], b: Float[Tensor, "b n m 3"], squared: bool) -> Float[Tensor, "b n m"]:
     square = (a - b).square().sum(dim=-1)
-    return square if squared else (square + _EPSILON_CHAMFER).sqrt()
+    return square if squared else (square + _EPSILON).sqrt()

@@ -16,10 +16,9 @@ from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import multiply_quat_wxyz
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.geometry.pose import Transforms, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.learning.compute import cpu_threads, place
 

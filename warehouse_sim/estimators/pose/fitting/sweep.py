@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.fitting.rectangle import quantiles
+from warehouse_sim.estimators.pose.fitting.hypotheses import quantiles
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
 from warehouse_sim.geometry.pose import (

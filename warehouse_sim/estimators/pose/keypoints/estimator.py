@@ -9,8 +9,7 @@ import numpy as np
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import LeastVisible, PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.keypoints.face_depth import moved_onto_face
-from warehouse_sim.estimators.pose.keypoints.pnp import FacePose, SeenPoints, pose_of_points
+from warehouse_sim.estimators.pose.keypoints.pnp import FacePose, SeenPoints, moved_onto_face, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, detection_edges
 from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.schema import PoseEstimate

@@ -15,9 +15,7 @@ from warehouse_sim.estimators.segmenters.segnet.keypoints import MIRRORED, find_
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, BoxCropConfig, SegmenterConfig
 from warehouse_sim.estimators.segmenters.segnet.window import Window
-from warehouse_sim.learning.compute import on_device
-from warehouse_sim.learning.loop import Task
-from warehouse_sim.learning.samples.ahead import MadeAhead
+from warehouse_sim.learning.loop import ComposedTask
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.order import SampleOrder
 
@@ -128,7 +126,7 @@ class BoxRows:
         return self._parts[part], row
 
 
-class SegmentationTask(Task):
+class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
     """Train masks, and key points where the network has them, on crops of boxes that are off.
 
     Args:
@@ -149,14 +147,8 @@ class SegmentationTask(Task):
         rows: dict[str, BoxRows],
         order: SampleOrder,
     ) -> None:
-        super().__init__(network)
+        super().__init__(network, config.workers)
         self.config, self._crop, self._rows, self._order = config, crop, rows, order
-        self._device = torch.device("cpu")
-        self._samples = MadeAhead(self._disturbed, config.workers)
-
-    def move_samples(self, device: torch.device) -> None:
-        """Remember where batches go; crops stay on the disk."""
-        self._device = device
 
     def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the boxes ``index``, disturbed afresh."""
@@ -164,13 +156,14 @@ class SegmentationTask(Task):
         samples = self._samples.take(_keys(index, part, step), _keys(following, part, step + 1))
         mask, places = self.network(*self._tensors(samples))
         with torch.autocast(self._device.type, enabled=False):
-            loss = mask_loss(mask.float(), self._stacked([sample.mask for sample in samples]))
+            loss = mask_loss(mask.float(), self.stacked([sample.mask for sample in samples]))
             if places.shape[1]:
-                points = self._stacked([sample.points for sample in samples])
+                points = self.stacked([sample.points for sample in samples])
                 loss = loss + self.config.keypoint_weight * keypoint_loss(places.float(), points)
         return loss
 
-    def _disturbed(self, key: tuple[int, int, int]) -> BoxSample:
+    def compose(self, key: tuple[int, int, int]) -> BoxSample:
+        """Return the training sample of a step, a place in it and a row."""
         step, place, row = key
         rng = np.random.default_rng([self.config.seed, step, place])
         return box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng)
@@ -204,14 +197,8 @@ class SegmentationTask(Task):
     def _tensors(self, samples: Sequence[BoxSample]) -> tuple[Tensor | None, Tensor | None, Tensor]:
         rgb = [sample.rgb for sample in samples if sample.rgb is not None]
         depth = [sample.depth for sample in samples if sample.depth is not None]
-        width_rad = np.array([sample.width_rad for sample in samples], dtype=np.float32)
-        return self._stacked(rgb) if rgb else None, self._stacked(depth) if depth else None, self._moved(width_rad)
-
-    def _stacked(self, arrays: Sequence[np.ndarray]) -> Tensor:
-        return self._moved(np.stack(arrays))
-
-    def _moved(self, array: np.ndarray) -> Tensor:
-        return on_device(torch.from_numpy(array), self._device)
+        width_rad = self.stacked([np.asarray(sample.width_rad, dtype=np.float32) for sample in samples])
+        return self.stacked(rgb) if rgb else None, self.stacked(depth) if depth else None, width_rad
 
 
 def _keys(index: Int[Tensor, " b"], part: slice, step: int) -> list[tuple[int, int, int]]:

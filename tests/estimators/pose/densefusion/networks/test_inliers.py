@@ -6,7 +6,7 @@ import torch
 from tests.estimators.pose.densefusion.networks.made_inputs import BATCH, CLASSES, made_gt, made_input, made_shapes
 from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig
+from warehouse_sim.estimators.pose.densefusion.networks.heads import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.estimators.registries import ESTIMATORS
 

@@ -11,7 +11,7 @@ import torch
 from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
-from warehouse_sim.estimators.pose.densefusion.crops.store import load_crops
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import load_crops
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.train import train
 

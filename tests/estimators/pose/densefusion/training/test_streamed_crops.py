@@ -17,8 +17,8 @@ from warehouse_sim.dataset.streamed import ObservedImage, as_stored
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import Balance, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
     StreamedCrops,

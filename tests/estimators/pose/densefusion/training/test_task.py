@@ -10,9 +10,9 @@ import torch
 from tests.estimators.pose.densefusion.training.test_train import POINTS, SHORT, weights
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.task import rate_factor, refiner_alone
+from warehouse_sim.estimators.pose.densefusion.training.train import rate_factor, refiner_alone
 from warehouse_sim.estimators.train import train
 
 ON_TOP = replace(SHORT, phase="refiner")

@@ -15,9 +15,9 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import ConfigError, DatasetError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training import task as pose_task
+from warehouse_sim.estimators.pose.densefusion.training import train as pose_task
 from warehouse_sim.estimators.train import train
 
 POINTS = "densefusion-pointcloud"

@@ -7,18 +7,19 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import logsigmoid
 
+from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig, AttentionFusion
 from warehouse_sim.estimators.pose.densefusion.networks.coordinates import CoordinateHeads
-from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads
+from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, InlierConfig, InlierHead, PoseHeads
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
-from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig, InlierHead
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, Inliers, NetworkInput, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import Refiner, RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import compose, matrix_from_quat_wxyz
-from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
+from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, ShapeTensors
+from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig
+from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import ranged
 
 
@@ -204,3 +205,22 @@ def _weighted(found: Proposal, inlier_logit: Float[Tensor, "b n"]) -> Proposal:
     log_both = logsigmoid(pose_logit.float()) + logsigmoid(inlier_logit[:, : pose_logit.shape[1]])
     logit = log_both - torch.log1p(-log_both.exp().clamp(max=1.0 - 1e-7))
     return found._replace(hypotheses=found.hypotheses._replace(logit=logit), inliers=inliers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseRun(RunConfig):
+    """Everything that defines a trained estimator but its weights."""
+
+    objects: tuple[ObjectShape, ...]
+    """Known objects, in the order of the network's classes."""
+    network: DenseFusionConfig
+    """Sizes of the network."""
+    crop: CropConfig
+    """How targets are cut out."""
+    train: TrainConfig
+    """How it was trained."""
+    kind: str = "densefusion"
+
+    def make_network(self) -> DenseFusion:
+        """Return the network with fresh weights."""
+        return DenseFusion(self.network, len(self.objects))

@@ -12,13 +12,11 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
-from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, table_of
-from warehouse_sim.estimators.pose.densefusion.crops.store import load_crops
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, load_crops, table_of
 from warehouse_sim.estimators.pose.densefusion.methods import Method
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
-from warehouse_sim.estimators.pose.densefusion.networks.inliers import InlierConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig, PoseRun
+from warehouse_sim.estimators.pose.densefusion.networks.heads import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.learning.run_folder import dataset_sources, package_version

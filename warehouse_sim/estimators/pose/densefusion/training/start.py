@@ -10,9 +10,8 @@ from jaxtyping import Float
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
-from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig, PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
-from warehouse_sim.estimators.pose.densefusion.run_config import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, quat_wxyz_from_matrix
 from warehouse_sim.learning.compute import shapes_only

@@ -11,6 +11,7 @@ from warehouse_sim.dataset.streamed import ObservedImage
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import (
+    CUT_SEED,
     CropSet,
     CropTable,
     join_tables,
@@ -18,7 +19,6 @@ from warehouse_sim.estimators.pose.densefusion.crops.crop_set import (
     table_of,
 )
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
-from warehouse_sim.estimators.pose.densefusion.crops.store import CUT_SEED
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance
 from warehouse_sim.learning.samples.order import SampleOrder
