@@ -1,13 +1,17 @@
-"""Which detections an estimator takes, and which of the objects that it knows each may be."""
+"""Which detections an estimator takes, which of the objects that it knows each may be, and what it says of one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.errors import UnknownNameError
-from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.errors import InputError, UnknownNameError
+from warehouse_sim.estimators.api import KnownObject, PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.schema import Observation
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.schema import Observation, PoseEstimate
+
+Known = TypeVar("Known", bound=KnownObject)
 
 
 def is_known(estimator: PoseEstimator, detection: Detection) -> bool:
@@ -65,3 +69,48 @@ def observed(estimator: PoseEstimator, image: RgbdImage | Observation) -> RgbdIm
     seen = RgbdImage.from_observation(image)
     known = None if estimator.objects is None else {shape.obj_id for shape in estimator.objects}
     return replace(seen, detections=tuple(item for item in seen.detections if known is None or item.model in known))
+
+
+def may_be(detection: Detection, objects: Sequence[Known]) -> list[Known]:
+    """Return those of an estimator's objects that a detection may show; where it names none, all of its class, or all.
+
+    Raises:
+        InputError: It names an object that is none of them.
+    """
+    requested = detection.may_be if detection.model is None else (detection.model,)
+    if not requested:
+        return [item for item in objects if detection.class_name in ("", item.class_name)] or list(objects)
+    by_name = {key: item for item in objects for key in (item.obj_id, item.name)}
+    for model in requested:
+        if model not in by_name:
+            names = ", ".join(f"{item.name} ({item.obj_id})" for item in objects)
+            raise InputError(f"the estimator does not know the object {model!r}; it knows: {names}")
+    return [by_name[model] for model in requested]
+
+
+def described(
+    image: RgbdImage,
+    position: int,
+    obj_id: int,
+    objects: Iterable[KnownObject],
+    score: float,
+    T_camera_object: Transform,
+    seconds: float = -1.0,
+) -> PoseEstimate:
+    """Return the pose of a detection as an estimate, whose score is that of both.
+
+    Args:
+        image: Where it was detected.
+        position: Of the detection among those of the image.
+        obj_id: Which object it is taken for.
+        objects: Where names are looked up.
+        score: Trust in the pose, 0-1.
+        T_camera_object: The pose.
+        seconds: How long it took; below 0 if unknown.
+    """
+    known, item = next((shape for shape in objects if shape.obj_id == obj_id), None), image.detections[position]
+    name, class_name = (known.name, known.class_name) if known else ("", "")
+    place = image.scene_id, image.image_id
+    return PoseEstimate(
+        *place, obj_id, score * item.score, T_camera_object, seconds, name, class_name, item.number_at(position)
+    )

@@ -16,7 +16,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import KnownObject, PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import known_among, observed, taken_by
+from warehouse_sim.estimators.matching import described, known_among, observed, taken_by
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
@@ -185,8 +185,10 @@ class Pipeline(PoseEstimator):
         rows = zip(owners, seen, T, confidence, agreed, preferred, strict=True)
         for owner, item, pose, trust, agreement, preference in rows:
             if verdict := self.stages.verify(pose, item, float(trust)):
-                estimate = self._describe(found[owner], item, pose, verdict, times[owner])
-                estimate = replace(estimate, agreement=agreement)
+                score, error, bound = verdict
+                known, place = self.objects or (), (found[owner], item.position, item.obj_id)
+                estimate = described(*place, known, score, pose, times[owner])
+                estimate = replace(estimate, predicted_error=error, error_bound=bound, agreement=agreement)
                 # A detection of an unknown model was tried as each object.
                 rival = (estimate.score if preference is None else float(preference)), estimate
                 key = owner, item.position
@@ -205,25 +207,6 @@ class Pipeline(PoseEstimator):
         for refine in stages.refine:
             T = refine(T, seen, proposals)
         return T, proposals
-
-    def _describe(
-        self, image: RgbdImage, item: ObjectPoints, T_camera_object: Transform, verdict: Verdict, seconds: float
-    ) -> PoseEstimate:
-        known = next((shape for shape in self.objects or () if shape.obj_id == item.obj_id), None)
-        detection = image.detections[item.position]
-        return PoseEstimate(
-            image.scene_id,
-            image.image_id,
-            item.obj_id,
-            verdict.score * detection.score,
-            T_camera_object,
-            seconds,
-            name=known.name if known else "",
-            class_name=known.class_name if known else "",
-            detection=detection.number_at(item.position),
-            predicted_error=verdict.predicted_error,
-            error_bound=verdict.error_bound,
-        )
 
 
 class WithFrontEnd(WrappedEstimator):

@@ -11,11 +11,12 @@ from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.image import RgbdImage, SweepView
-from warehouse_sim.estimators.lidar.direct import DOWN, SweepPoses, facing_points, object_view
+from warehouse_sim.estimators.lidar.direct import SweepPoses
 from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.estimator import SweepDetection, facing, own_points
 from warehouse_sim.estimators.lidar.sweep.range_image import id_boxes, range_image
 from warehouse_sim.estimators.lidar.sweep.rows import floor_in
+from warehouse_sim.estimators.lidar.sweep.view import DOWN, facing_points, object_view
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.predict import predict

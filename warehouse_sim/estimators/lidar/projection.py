@@ -1,4 +1,4 @@
-"""Sweeps onto images and back: KITTI's calibration as one matrix, and depth images of sweeps."""
+"""Sweeps onto images: KITTI's calibration as one matrix, and depth images of sweeps."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -57,12 +57,6 @@ class LidarCalibration:
         scaled = np.asarray(points, dtype=float) @ self.Clb[:3, :3].T + self.Clb[:3, 3]
         depth = np.where(scaled[:, 2:] == 0.0, np.nan, scaled[:, 2:])
         return np.hstack([scaled[:, :2] / depth, scaled[:, 2:]])
-
-    def to_lidar(self, pixels: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Return the LiDAR's points (m) of columns, rows (px) and depths (m): the inverse of ``to_pixels``."""
-        u, v, depth = np.asarray(pixels, dtype=float).T
-        homogeneous = np.stack([u * depth, v * depth, depth, np.ones_like(depth)])
-        return np.asarray(np.linalg.solve(self.Clb, homogeneous)[:3].T)
 
 
 def read_sweep(

@@ -13,12 +13,12 @@ from warehouse_sim.estimators.detectors.boxes import suppress
 from warehouse_sim.estimators.detectors.estimator import MOST_DETECTIONS, DetectConfig
 from warehouse_sim.estimators.image import Detection, RgbdImage, SweepView
 from warehouse_sim.estimators.lidar.clusters import ClusterConfig, chosen_points, cluster
-from warehouse_sim.estimators.lidar.direct import facing_points
 from warehouse_sim.estimators.lidar.projection import sparse_depth
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
 from warehouse_sim.estimators.lidar.sweep.network import SweepNetwork, SweepRun
 from warehouse_sim.estimators.lidar.sweep.range_image import Box, SweepGrid, in_box, on_turn, range_image
 from warehouse_sim.estimators.lidar.sweep.rows import Plane, above_floor, floor_in, two_planes, up_of
+from warehouse_sim.estimators.lidar.sweep.view import facing_points
 from warehouse_sim.estimators.segmenters.cluster import FLOOR, FLOOR_FRACTION
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.learning.compute import cpu_threads, place

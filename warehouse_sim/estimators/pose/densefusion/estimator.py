@@ -10,6 +10,7 @@ import numpy as np
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.api import LeastVisible
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.matching import may_be
 from warehouse_sim.estimators.pipeline import ObjectPoints, Pipeline, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
@@ -107,7 +108,7 @@ class Estimator(Pipeline):
             raise InputError(f"{self._runner.config.estimator} reads colour, but the image has no rgb")
         found = list[Crop]()
         for position, item in enumerate(image.detections):
-            numbers = self.may_be(item)
+            numbers = [shape.obj_id for shape in may_be(item, self.objects)]
             crop = self._cut_one(image, position, item, numbers[0])
             if crop is not None:
                 found += [replace(crop, obj_id=number) for number in numbers]
@@ -153,22 +154,3 @@ class Estimator(Pipeline):
             return crop
         points = masked_points(image, mask, np.random.default_rng([self.config.seed, number]))
         return replace(crop, view=DepthView(image.camera, image.depth, mask, points, image.gravity))
-
-    def may_be(self, detection: Detection) -> list[int]:
-        """Return the numbers of the objects that a detection may show.
-
-        Raises:
-            InputError: It is of an object that the estimator does not know.
-        """
-        if detection.model is not None or detection.may_be:
-            requested = detection.may_be if detection.model is None else (detection.model,)
-            return [self._number_of(model) for model in requested]
-        alike = [shape.obj_id for shape in self.objects if detection.class_name in ("", shape.class_name)]
-        return alike or [shape.obj_id for shape in self.objects]
-
-    def _number_of(self, model: str | int) -> int:
-        for shape in self.objects:
-            if model in (shape.obj_id, shape.name):
-                return shape.obj_id
-        names = ", ".join(f"{shape.name} ({shape.obj_id})" for shape in self.objects)
-        raise InputError(f"the estimator does not know the object {model!r}; it knows: {names}")

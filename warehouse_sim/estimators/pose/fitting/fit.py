@@ -1,14 +1,15 @@
 """Poses without a network: rectangles and swept poses as hypotheses, ICP for the best, and the depth image decides."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.matching import described, may_be
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Found, Sought
@@ -33,13 +34,12 @@ class PoseFit(PoseEstimator):
 
     def __init__(self, config: FitConfig = FitConfig(), seed: int = 0) -> None:  # noqa: B008  frozen
         self.config, self._seed = config, seed
-        self._infos: dict[int | str, ObjectInfo] = {}
+        self._infos: tuple[ObjectInfo, ...] = ()
         self._models: dict[int, FitModel] = {}
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
-        """Take over the CAD models, by number and by name."""
-        self._infos = dict(objects) | {item.name: item for item in objects.values()}
-        self._models = {}
+        """Take over the CAD models."""
+        self._infos, self._models = tuple(objects.values()), {}
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return a pose for each detection that shows enough.
@@ -52,7 +52,7 @@ class PoseFit(PoseEstimator):
             (info, Sought.of(self._model(info), view, _NOBODY_PROPOSES, position))
             for position, item in enumerate(image.detections)
             if (view := self._view(image, position, item, down)) is not None
-            for info in self._may_be(item)
+            for info in may_be(item, self._infos)
         ]
         if not pairs:
             return []
@@ -63,6 +63,12 @@ class PoseFit(PoseEstimator):
                 best[item.detection] = info, found
         return [self._estimate(image, position, *found) for position, found in best.items()]
 
+    @staticmethod
+    def _estimate(image: RgbdImage, position: int, info: ObjectInfo, found: Found) -> PoseEstimate:
+        trust = float(np.clip(found.verification[0].score, 0.0, 1.0))
+        estimate = described(image, position, info.obj_id, [info], trust, found.T_camera_object[0])
+        return replace(estimate, agreement=_agreement(found, info.symmetry))
+
     def _view(
         self, image: RgbdImage, position: int, detection: Detection, down: Float[np.ndarray, " 3"]
     ) -> DepthView | None:
@@ -71,35 +77,11 @@ class PoseFit(PoseEstimator):
         points = masked_points(image, mask, rng)
         return DepthView(image.camera, image.depth, mask, points, down) if len(points) >= LEAST_POINTS else None
 
-    def _estimate(self, image: RgbdImage, position: int, info: ObjectInfo, found: Found) -> PoseEstimate:
-        detection = image.detections[position]
-        return PoseEstimate(
-            image.scene_id,
-            image.image_id,
-            info.obj_id,
-            detection.score * float(np.clip(found.verification[0].score, 0.0, 1.0)),
-            found.T_camera_object[0],
-            name=info.name,
-            class_name=info.class_name,
-            detection=detection.number_at(position),
-            agreement=_agreement(found, info.symmetry),
-        )
-
     def _model(self, info: ObjectInfo) -> FitModel:
         if info.obj_id not in self._models:
             surface = seeded_surface(info.mesh(), info.obj_id, self._seed)
             self._models[info.obj_id] = FitModel(surface, info.symmetry)
         return self._models[info.obj_id]
-
-    def _may_be(self, detection: Detection) -> list[ObjectInfo]:
-        if detection.model is None and not detection.may_be:
-            shown = [item for key, item in self._infos.items() if isinstance(key, int)]
-            return [item for item in shown if detection.class_name in ("", item.class_name)] or shown
-        requested = detection.may_be if detection.model is None else (detection.model,)
-        for model in requested:
-            if model not in self._infos:
-                raise InputError(f"the estimator was not shown the object {model!r}")
-        return [self._infos[model] for model in requested]
 
 
 def _agreement(found: Found, symmetry: SymmetryGroup) -> Agreement:

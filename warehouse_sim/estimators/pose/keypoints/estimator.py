@@ -9,6 +9,7 @@ import numpy as np
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import LeastVisible, PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.matching import described
 from warehouse_sim.estimators.pose.keypoints.pnp import FacePose, SeenPoints, moved_onto_face, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, detection_edges
 from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
@@ -57,31 +58,20 @@ class KeypointEstimator(PoseEstimator):
             return []
         started = time.perf_counter()
         seen = self._network.look(image, [detection_edges(item) for item in image.detections])
-        poses = list[tuple[int, Detection, FacePose]]()
+        poses = list[tuple[int, FacePose]]()
         for position, item in enumerate(image.detections):
             points = SeenPoints(*seen.points(position))
             distance = self._distance(image, item, seen.probability[position]) if self._use_depth else None
             pose = pose_of_points(points, self._may_be(item), image.camera, image.gravity, distance)
             if pose is not None:
-                poses.append((position, item, moved_onto_face(pose, image) if self._use_depth else pose))
+                poses.append((position, moved_onto_face(pose, image) if self._use_depth else pose))
         seconds = time.perf_counter() - started
-        return [self._described(image, *found, seconds) for found in poses]
-
-    def _described(
-        self, image: RgbdImage, position: int, item: Detection, pose: FacePose, seconds: float
-    ) -> PoseEstimate:
-        known = next(shape for shape in self.objects if shape.obj_id == pose.obj_id)
-        return PoseEstimate(
-            image.scene_id,
-            image.image_id,
-            pose.obj_id,
-            item.score * float(np.exp(-pose.cost_px / _ERROR_PX)),
-            pose.T_camera_object,
-            seconds,
-            name=known.name,
-            class_name=known.class_name,
-            detection=item.number_at(position),
-        )
+        estimates = list[PoseEstimate]()
+        for position, pose in poses:
+            trust = float(np.exp(-pose.cost_px / _ERROR_PX))
+            place = image, position, pose.obj_id
+            estimates.append(described(*place, self.objects, trust, pose.T_camera_object, seconds))
+        return estimates
 
     def _may_be(self, item: Detection) -> Sequence[KnownFaces]:
         requested = item.may_be if item.model is None else (item.model,)

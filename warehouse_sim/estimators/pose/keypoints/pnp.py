@@ -38,10 +38,8 @@ class FacePose:
 
     T_camera_object: Transform
     obj_id: int
-    error_px: float
-    """Weighted mean distance of the points (px)."""
     cost_px: float
-    """The same, with what gravity and depth say against it."""
+    """Weighted mean distance of the points (px), with what gravity and depth say against it."""
     face: Float[np.ndarray, "4 3"]
     """Corners of the side that was seen (m, object frame): top left, top right, bottom right, bottom left."""
 
@@ -108,7 +106,7 @@ def _side_poses(
             continue
         apart = np.linalg.norm(camera.project(ahead[taken]) - seen.uv[taken], axis=1)
         error = float((apart * seen.chance[taken]).sum() / seen.chance[taken].sum())
-        poses.append(FacePose(T, obj_id, error, error + _against(T, ahead, gravity, distance), points[:4]))
+        poses.append(FacePose(T, obj_id, error + _against(T, ahead, gravity, distance), points[:4]))
     return poses
 
 
