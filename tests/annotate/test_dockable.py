@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from warehouse_sim.annotate.dockable import accessibility, entries_of
-from warehouse_sim.annotate.trucks import TRUCKS
+from warehouse_sim.annotate.trucks import DRIVE, TRUCKS
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.parts import solid_box
+from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_x, rotation_z, transform_points
 from warehouse_sim.schema import FREE, UNDER_A_STACK, ObjectInstance, ObjectModel, SceneSpec
 
@@ -149,13 +150,13 @@ def test_driving_in_step_by_step_meets_the_same(seed: int) -> None:
     sampled = scene(*others, pallets=(pallet(yaw=rng.uniform(0, 3)),))
     found = accessibility(sampled, TRUCK)[1].faces
     for entry in entries_of(sampled):
-        still = list(TRUCK.tines(entry.height, entry.offsets, -TRUCK.drive))
-        still += [box for pieces in (TRUCK.mast, TRUCK.body) for box in TRUCK.swept(pieces, entry.height, -TRUCK.drive)]
+        still = list(TRUCK.tines(entry.height, entry.offsets, -DRIVE))
+        still += [box for pieces in (TRUCK.mast, TRUCK.body) for box in TRUCK.swept(pieces, entry.height, -DRIVE)]
         deepest = 0.0
         for model, item in others:
             points = rng.uniform(-0.5, 0.5, (1000, 3)) * model.size
             T_entry_points = invert(entry.T_world_entry) @ item.T_world_object
-            for back in np.arange(0.0, TRUCK.drive, 0.02):
+            for back in np.arange(0.0, DRIVE, 0.02):
                 seen = transform_points(T_entry_points, points) + np.array([back, 0.0, 0.0])
                 for box in still:
                     inside = box.size / 2 - np.abs(transform_points(invert(box.T_parent_box), seen))
@@ -172,7 +173,7 @@ def test_the_reach_truck_is_the_catalogs_with_its_mast_pushed_out() -> None:
     rear = min(corners[:, 0].min() for corners in boxes)
     body = TRUCKS["reach"].body
     front = max(piece.front for piece in body)
-    assert TRUCKS["reach"].tine_length - front == pytest.approx(tips - arms + 0.75)
+    assert FORK_LENGTH - front == pytest.approx(tips - arms + 0.75)
     assert front - min(piece.rear for piece in body) == pytest.approx(arms - rear)
     assert {piece.behind for piece in body} == {0.75}
     # It drives the last 0.45 m; from rear to face it needs 2.55 m.

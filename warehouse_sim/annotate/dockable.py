@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.annotate.trucks import TruckOutline
+from warehouse_sim.annotate.trucks import DRIVE, HEEL_GAP, TruckOutline
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
@@ -164,7 +164,7 @@ def _from_afar(entry: Entry, aisle: tuple[float, float, float, float] | None, tr
     """
     if aisle is None:
         return 0.0
-    ends = np.array([[truck.rear, 0.0, 0.0], [-truck.heel_gap - truck.drive, 0.0, 0.0]])
+    ends = np.array([[truck.rear, 0.0, 0.0], [-HEEL_GAP - DRIVE, 0.0, 0.0]])
     start, back = transform_points(entry.T_world_entry, ends)[:, :2], -entry.T_world_entry[:2, 0]
     low, high = np.array(aisle[::2]) - _EDGE, np.array(aisle[1::2]) + _EDGE
     # Of a line across neither border the slope is taken as tiny: it is always between them or never.

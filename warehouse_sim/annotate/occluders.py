@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Bool, Int, Int32
 
+from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.schema.classes import ObjectKind, kind_of
 
@@ -38,11 +39,8 @@ def window_in_image(offset: tuple[int, int], mask_hw: tuple[int, int], image_hw:
 
 def box_in_image(mask: Bool[np.ndarray, "h w"], window: Window) -> tuple[int, int, int, int] | None:
     """Return (left, top, right, bottom) in the image of the set pixels of ``mask``, the image's part at ``window``."""
-    columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
-    if columns.size == 0:
-        return None
-    left, top = window.image[1].start, window.image[0].start
-    return int(columns[0]) + left, int(rows[0]) + top, int(columns[-1]) + left, int(rows[-1]) + top
+    box, left, top = mask_box_xyxy(mask), window.image[1].start, window.image[0].start
+    return None if box is None else (box[0] + left, box[1] + top, box[2] + left, box[3] + top)
 
 
 def _overlap(start: int, length: int, limit: int) -> tuple[slice, slice] | None:

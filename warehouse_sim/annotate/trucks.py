@@ -29,6 +29,14 @@ before the rack, the mast goes out. The way is a practical prior; a turret truck
 """
 
 
+HEEL_GAP = 0.05
+"""How far before the face the heel stops (m)."""
+_BEFORE = 0.1
+"""From the tips to the face when the truck stands before it (m); from there it drives straight in."""
+DRIVE = FORK_LENGTH - HEEL_GAP + _BEFORE
+"""How far the truck drives straight in (m)."""
+
+
 @dataclass(frozen=True)
 class Piece:
     """A box of a truck, symmetric to its middle."""
@@ -48,30 +56,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class TruckOutline:
-    """A truck with its forks; by default the tines that docking is scored with."""
+    """A truck with its forks, whose tines are those that docking is scored with."""
 
     mast: tuple[Piece, ...]
     """Carriage with backrest, and mast."""
     body: tuple[Piece, ...]
     lift: float
     """Greatest height of the middle of the tines (m)."""
-    tine_length: float = FORK_LENGTH
-    tine_width: float = FORK_WIDTH
-    tine_thickness: float = FORK_THICKNESS
-    heel_gap: float = 0.05
-    """How far before the face the heel stops (m)."""
-    before: float = 0.1
-    """From the tips to the face when the truck stands before it (m); from there it drives straight in."""
-
-    @property
-    def drive(self) -> float:
-        """How far the truck drives straight in (m)."""
-        return self.tine_length - self.heel_gap + self.before
 
     @property
     def rear(self) -> float:
         """X of the truck's rear end where it stands before the face (m), the face at 0."""
-        return min(piece.rear - self._way(piece, 0.0) for piece in self.body) - self.heel_gap
+        return min(piece.rear - self._way(piece, 0.0) for piece in self.body) - HEEL_GAP
 
     @property
     def enters_lanes(self) -> bool:
@@ -86,9 +82,9 @@ class TruckOutline:
             offsets: To the left of the middle of the entry (m).
             from_afar: How much farther away the truck begins than right before the face (m).
         """
-        front, rear = self.tine_length - self.heel_gap, -self.heel_gap - self.drive - from_afar
+        front, rear = FORK_LENGTH - HEEL_GAP, -HEEL_GAP - DRIVE - from_afar
         for offset in offsets:
-            yield _box(rear, front, float(offset), self.tine_width, height, self.tine_thickness)
+            yield _box(rear, front, float(offset), FORK_WIDTH, height, FORK_THICKNESS)
 
     def swept(self, pieces: tuple[Piece, ...], height: float, from_afar: float) -> Iterator[OrientedBox]:
         """Sweep ``pieces`` with the tines at ``height`` (m), as ``tines``."""
@@ -98,11 +94,12 @@ class TruckOutline:
                 low, high = max(low + height, _GROUND), high + height
             elif piece.rising == "up to forks":
                 high = max(high, height + _ABOVE_FORKS)
-            rear = piece.rear - self.heel_gap - self._way(piece, from_afar)
-            yield _box(rear, piece.front - self.heel_gap, 0.0, piece.width, (low + high) / 2, high - low)
+            rear = piece.rear - HEEL_GAP - self._way(piece, from_afar)
+            yield _box(rear, piece.front - HEEL_GAP, 0.0, piece.width, (low + high) / 2, high - low)
 
-    def _way(self, piece: Piece, from_afar: float) -> float:
-        return max(self.drive - piece.behind, 0.0) + (from_afar if np.isfinite(piece.behind) else 0.0)
+    @staticmethod
+    def _way(piece: Piece, from_afar: float) -> float:
+        return max(DRIVE - piece.behind, 0.0) + (from_afar if np.isfinite(piece.behind) else 0.0)
 
 
 def _box(rear: float, front: float, y: float, width: float, z: float, height: float) -> OrientedBox:
