@@ -1,4 +1,3 @@
-import hashlib
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -12,6 +11,7 @@ from tests.dataset.toy import (
     CAMERA,
     PALLET,
     RENDERER,
+    file_sums,
     make_dataset,
     make_manifest,
     make_scene,
@@ -27,19 +27,14 @@ from warehouse_sim.errors import DatasetError, UnknownNameError
 KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
 
-def contents(root: Path) -> dict[str, str]:
-    files = (path for path in root.rglob("*") if path.is_file())
-    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
 @pytest.mark.parametrize(
     "formats", [("kitti", "bop", "bop_webdataset"), ("coco", "yolo"), ("linemod",), ("mcap", "pcd", "ply")]
 )
 def test_neither_order_nor_day_changes_a_byte(tmp_path: Path, monkeypatch, formats: tuple[str, ...]) -> None:
-    one = contents(make_dataset(tmp_path / "one", make_manifest(formats=formats)))
+    one = file_sums(make_dataset(tmp_path / "one", make_manifest(formats=formats)))
     monkeypatch.setattr(time, "time_ns", lambda: 5)
     monkeypatch.setattr(time, "time", lambda: 5.0)
-    assert contents(make_dataset(tmp_path / "other", make_manifest(formats=formats), order=[2, 0, 1])) == one
+    assert file_sums(make_dataset(tmp_path / "other", make_manifest(formats=formats), order=[2, 0, 1])) == one
 
 
 def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> None:
@@ -50,15 +45,15 @@ def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> No
         for job in [pool.submit(write_scenes, store.root, manifest, scenes) for scenes in ([1], [2, 0])]:
             job.result()
     store.finish()
-    assert contents(store.root) == contents(toy_root)
+    assert file_sums(store.root) == file_sums(toy_root)
 
 
 @pytest.mark.parametrize("formats", [("bop",), ("kitti",), ("bop", "kitti")])
 def test_any_choice_of_formats_has_the_same_files(toy_root: Path, tmp_path: Path, formats: tuple[str, ...]) -> None:
-    found = contents(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
+    found = file_sums(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
     expected = {
         name: digest
-        for name, digest in contents(toy_root).items()
+        for name, digest in file_sums(toy_root).items()
         if name.split("/")[0] in (*formats, "scenes", "objects.json")
     }
     del found["manifest.json"], found["SHA256SUMS"]
@@ -93,7 +88,7 @@ def test_killed_run_resumes_to_the_same_bytes(toy_root: Path, tmp_path: Path) ->
         write_scene(resumed, index)
     resumed.finish()
     assert finished.stat().st_mtime_ns == before
-    assert contents(root) == contents(toy_root)
+    assert file_sums(root) == file_sums(toy_root)
 
 
 def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: Path) -> None:
@@ -101,7 +96,7 @@ def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: P
     store.begin([PALLET], CAMERA, resume=True)
     assert store.pending() == []
     store.finish()
-    assert contents(store.root) == contents(toy_root)
+    assert file_sums(store.root) == file_sums(toy_root)
 
 
 @pytest.mark.parametrize(
@@ -117,10 +112,10 @@ def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: P
 def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key: str, complete: bool) -> None:
     if not complete:
         (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
-    before = contents(toy_copy)
+    before = file_sums(toy_copy)
     with pytest.raises(DatasetError, match=f"begun with another {key}; resume it with the same settings"):
         DatasetStore(toy_copy, replace(make_manifest(), **change)).begin([PALLET], CAMERA, resume=True)
-    assert contents(toy_copy) == before
+    assert file_sums(toy_copy) == before
 
 
 def test_other_folders_are_left_alone(tmp_path: Path) -> None:

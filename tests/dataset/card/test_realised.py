@@ -4,15 +4,13 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from tests.dataset.toy import make_dataset
 from warehouse_sim.dataset.card.realised import missing_test, realised
 from warehouse_sim.dataset.manifest import read_manifest
 
 
-def test_lines_count_scenes_images_labels_and_heights(tmp_path: Path) -> None:
-    root = make_dataset(tmp_path / "data")
-    manifest = read_manifest(root)
-    lines = realised(root, manifest)
+def test_lines_count_scenes_images_labels_and_heights(toy_root: Path) -> None:
+    manifest = read_manifest(toy_root)
+    lines = realised(toy_root, manifest)
     assert [line.split(":")[0] for line in lines] == ["scenes", "objects", "cameras"]
     each = manifest.observations_per_scene
     images = ", ".join(f"{name} {each * len(manifest.splits[name])}" for name in ("train", "val", "test"))
@@ -21,9 +19,8 @@ def test_lines_count_scenes_images_labels_and_heights(tmp_path: Path) -> None:
     assert lines[1].endswith(f"; {total} labels of targets")
 
 
-def test_light_and_heights_are_those_of_the_records(tmp_path: Path) -> None:
-    root = make_dataset(tmp_path / "data")
-    manifest = read_manifest(root)
+def test_light_and_heights_are_those_of_the_records(toy_copy: Path) -> None:
+    root, manifest = toy_copy, read_manifest(toy_copy)
     values = iter((50.0, 100.0, 400.0, *[100.0] * 100))
     heights = iter((0.5, 1.0, 3.0, *[1.0] * 100))
     for path in sorted((root / "scenes").glob("*.json")):
@@ -39,8 +36,8 @@ def test_light_and_heights_are_those_of_the_records(tmp_path: Path) -> None:
     assert cameras == f"cameras: 0.50 to 3.00 m, median 1.00 m above the floor; mast {count}"
 
 
-def test_a_test_split_that_is_empty_is_warned_of_unless_the_recipe_wants_it(tmp_path: Path) -> None:
-    manifest = read_manifest(make_dataset(tmp_path / "data"))
+def test_a_test_split_that_is_empty_is_warned_of_unless_the_recipe_wants_it(toy_root: Path) -> None:
+    manifest = read_manifest(toy_root)
     wanted = replace(manifest, recipe={"split": {"test": 0.2}})
     assert missing_test(wanted) is None
     single = replace(wanted, scenes=1, splits={"train": (0,), "val": (), "test": ()})

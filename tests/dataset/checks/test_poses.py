@@ -1,10 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET
+from tests.dataset.toy import CAMERA, CARTON, PALLET, cast_boxes
 from warehouse_sim.dataset.checks.poses import amodal_mask_shift, comparable, mesh_depth
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz
+from warehouse_sim.schema import ObjectModel
 
 LARGE = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)
 
@@ -50,3 +54,35 @@ def test_beside_what_is_nearer_a_matched_window_is_not_believed() -> None:
     visible[:, :30] = False
     for windows, reach in ((True, 10), (False, 4)):
         assert np.flatnonzero(comparable(visible, np.full((40, 100), near), windows)[20])[0] == 30 + reach
+
+
+@pytest.mark.parametrize(
+    ("model", "lens"),
+    [
+        (PALLET, None),
+        (CARTON, None),
+        (PALLET, Distortion(k1=-0.3, k2=0.08, p1=0.002)),
+        (PALLET, Distortion(k1=0.2, p2=0.003)),
+    ],
+    ids=["pallet", "carton", "barrel", "pincushion"],
+)
+@pytest.mark.parametrize("seed", range(5))
+def test_depth_equals_that_of_a_ray_caster(model: ObjectModel, lens: Distortion | None, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    camera = replace(CAMERA, distortion=lens)
+    R = matrix_from_quat_wxyz(rng.normal(size=4))
+    T_camera_object = make_transform(R, rng.uniform([-1.0, -0.5, 1.2], [1.0, 0.5, 4.0]))
+    expected = cast_boxes(model, T_camera_object, camera.rays())
+    depth = mesh_depth(model.mesh(), T_camera_object, camera)
+    assert np.array_equal(np.isfinite(depth), np.isfinite(expected))
+    hit = np.isfinite(expected)
+    assert hit.any()
+    assert np.abs(depth[hit] - expected[hit]).max() < 1e-9
+
+
+def test_mesh_at_the_lens_is_not_judged() -> None:
+    assert mesh_depth(CARTON.mesh(), make_transform(None, np.array([0.0, 0.0, 0.1])), CAMERA) is None
+
+
+def test_mesh_beside_the_image_covers_nothing() -> None:
+    assert np.isinf(mesh_depth(CARTON.mesh(), make_transform(None, np.array([9.0, 0.0, 2.0])), CAMERA)).all()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pycocotools import mask as coco_mask
 
-from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
+from tests.dataset.toy import CAMERA, PALLET, file_sums, make_dataset, make_manifest, make_scene, observe, write_scene
 from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
 from warehouse_sim.dataset.formats.bop.shards.writer import ShardsWriter, merge
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -95,10 +95,6 @@ def test_both_formats_read_the_same(both: Path, shards: Path) -> None:
     assert all(check.ok for check in validate(shards)), [c for c in validate(shards) if not c.ok]
 
 
-def all_bytes(root: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
-
-
 @pytest.mark.parametrize("stop", ["scene", "merge", "after"])
 def test_a_killed_run_is_taken_up(both: Path, tmp_path: Path, stop: str) -> None:
     root = tmp_path / "data"
@@ -128,7 +124,7 @@ def test_a_killed_run_is_taken_up(both: Path, tmp_path: Path, stop: str) -> None
     for index in again.pending():
         write_scene(again, index)
     again.finish()
-    assert all_bytes(root / "bop_webdataset") == all_bytes(both / "bop_webdataset")
+    assert file_sums(root / "bop_webdataset") == file_sums(both / "bop_webdataset")
 
 
 def test_scenes_go_on_in_the_next_shard(tmp_path: Path) -> None:
@@ -147,9 +143,9 @@ def test_scenes_go_on_in_the_next_shard(tmp_path: Path) -> None:
         ["000000_000000", "000000_000001", "000001_000000", "000001_000001"],
         ["000002_000000", "000002_000001"],
     ]
-    before = all_bytes(tmp_path)
+    before = file_sums(tmp_path)
     merge(layout, manifest, most_images=4)
-    assert all_bytes(tmp_path) == before
+    assert file_sums(tmp_path) == before
     layout.shard("train", 1).unlink()
     with pytest.raises(DatasetError, match=r"shard-000001\.tar: image 000002_000000 is neither in .*000002\.tar nor"):
         merge(layout, manifest, most_images=4)

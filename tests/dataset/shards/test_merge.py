@@ -1,6 +1,5 @@
 """Shards put together are the dataset of one run, to the byte; what does not fit together is rejected."""
 
-import hashlib
 import json
 import shutil
 from dataclasses import replace
@@ -8,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, write_scene
+from tests.dataset.toy import CAMERA, PALLET, file_sums, make_dataset, make_manifest, write_scene
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.shards.merge import merge
@@ -27,11 +26,6 @@ def make_shard(root: Path, index: int, count: int, manifest: Manifest | None = N
     return root
 
 
-def hashes(root: Path) -> dict[str, str]:
-    files = sorted(path for path in root.rglob("*") if path.is_file())
-    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
 @pytest.fixture(scope="module")
 def shards(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """All shards of a toy dataset, to read only."""
@@ -43,16 +37,16 @@ def test_shards_in_any_order_are_the_bytes_of_one_run_in_every_format(tmp_path: 
     manifest = make_manifest(5, FORMATS)
     one = make_dataset(tmp_path / "one", manifest)
     parts = [make_shard(tmp_path / str(index), index, 3, manifest) for index in (2, 0, 1)]
-    before = [hashes(part) for part in parts]
+    before = [file_sums(part) for part in parts]
     assert main(["generate", "--merge", *map(str, parts), "--out", str(tmp_path / "merged")]) == 0
-    assert hashes(tmp_path / "merged") == hashes(one)
-    assert [hashes(part) for part in parts] == before
+    assert file_sums(tmp_path / "merged") == file_sums(one)
+    assert [file_sums(part) for part in parts] == before
 
 
 def test_more_shards_than_scenes_leave_some_empty(tmp_path: Path) -> None:
     parts = [make_shard(tmp_path / str(index), index, 4) for index in range(4)]
     merge(parts, tmp_path / "merged")
-    assert hashes(tmp_path / "merged") == hashes(make_dataset(tmp_path / "one"))
+    assert file_sums(tmp_path / "merged") == file_sums(make_dataset(tmp_path / "one"))
 
 
 def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
@@ -70,7 +64,7 @@ def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_ro
     with pytest.raises(DatasetError, match="not empty"):
         merge(shards, tmp_path)
     merge(shards, tmp_path, resume=True)
-    assert hashes(tmp_path) == hashes(toy_root)
+    assert file_sums(tmp_path) == file_sums(toy_root)
 
 
 def test_missing_repeated_and_other_shards_are_named(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
