@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from warehouse_sim.errors import OutputError
-from warehouse_sim.output import fraction_file, make_folder, remove_temporaries, write_bytes
+from warehouse_sim.output import hard_link, make_folder, remove_temporaries, write_bytes
 
 
 @pytest.mark.parametrize("durable", [False, True])
@@ -34,7 +34,7 @@ def test_shared_file_is_stored_once(tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     write_bytes(first, b"content")
     write_bytes(second, b"of an earlier run")
-    fraction_file(first, second, b"content")
+    hard_link(first, second, b"content")
     assert second.samefile(first)
     assert second.read_bytes() == b"content"
 
@@ -46,7 +46,7 @@ def test_shared_file_is_copied_where_there_are_no_hard_links(tmp_path: Path, mon
     monkeypatch.setattr(os, "link", no_links)
     first, second = tmp_path / "first", tmp_path / "second"
     write_bytes(first, b"content")
-    fraction_file(first, second, b"content")
+    hard_link(first, second, b"content")
     assert second.read_bytes() == b"content"
     assert not second.samefile(first)
 

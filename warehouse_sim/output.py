@@ -104,7 +104,7 @@ def write_pieces(path: Path, pieces: Iterable[bytes]) -> None:
             file.write(piece)
 
 
-def fraction_file(source: Path, path: Path, data: bytes) -> None:
+def hard_link(source: Path, path: Path, data: bytes) -> None:
     """Make ``path`` a second name of ``source``, which holds ``data``; a copy where the disk has no hard links.
 
     Raises:
@@ -128,7 +128,7 @@ def link_or_copy(source: Path, path: Path) -> None:
     Raises:
         OutputError: The file cannot be written.
     """
-    fraction_file(source, path, source.read_bytes())
+    hard_link(source, path, source.read_bytes())
 
 
 def partial_file(path: Path) -> Path:

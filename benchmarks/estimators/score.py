@@ -165,9 +165,9 @@ def bound_rows(covered: Sequence[dict[str, Any]], scores: Scores, method: str, s
     ]
 
 
-def docking_in_range(scores: Scores, low: float = DOCKING_RANGE[0], high: float = DOCKING_RANGE[1]) -> tuple:
-    """Return fraction that docks, 95 % interval and number of the pallets requested between two distances (m)."""
-    table = scores.table
+def docking_in_range(scores: Scores) -> tuple:
+    """Return fraction that docks, 95 % interval and number of the pallets requested 2 to 7 m away."""
+    table, (low, high) = scores.table, DOCKING_RANGE
     near = table.select(table.dockable & (table.distance >= low) & (table.distance < high))
     docked = near.docks().astype(float)
     if not len(near):

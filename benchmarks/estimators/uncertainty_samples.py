@@ -63,9 +63,7 @@ def joined(parts: Sequence[Samples]) -> Samples:
     return Samples(parts[0].names, *(np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS))
 
 
-def collect(
-    estimator: PoseEstimator, data: Path, split: str, disturbance: str, every: int = 1, min_visible: float = 0.1
-) -> Samples:
+def collect(estimator: PoseEstimator, data: Path, split: str, disturbance: str, every: int = 1) -> Samples:
     """Estimate a split under one disturbance and look at what comes out.
 
     Args:
@@ -74,7 +72,6 @@ def collect(
         split: "train", "val" or "test".
         disturbance: Name among ``MASK_ERRORS``.
         every: Every so manyth image.
-        min_visible: Targets with a smaller visible fraction do not count, 0-1.
     """
     reader = DatasetReader(data)
     records = reader.images(split)[::every]
@@ -88,7 +85,7 @@ def collect(
     estimates = predict(estimator, images, remembered)
     watcher = Watcher(lambda obj_id: reader.objects[obj_id].mesh() if reader.objects[obj_id].has_cad else None)
     looks = watcher(list(seen.values()), estimates)
-    table = measure(estimates, records, reader.objects, min_visible=min_visible)
+    table = measure(estimates, records, reader.objects)
     table = table.select(table.found)
     rows = [row for row in range(len(table)) if looks[table.prediction[row]] is not None]
     found = [looks[table.prediction[row]] for row in rows]

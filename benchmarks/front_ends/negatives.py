@@ -77,15 +77,15 @@ def things(kind: str, rng: np.random.Generator) -> Placed:
     return _cartons(rng)
 
 
-def trials(scenes: int, seed: int = SEED) -> Iterator[Trial]:
+def trials(scenes: int) -> Iterator[Trial]:
     """Draw halls, put each kind before cameras in them, and look."""
     recipe = load_recipe(RECIPE)
     recipe = replace(recipe, scene=replace(recipe.scene, observations_per_scene=4))
     rig = replace(recipe.sensors, lidar=None)
     with open_renderer("raster") as renderer:
         for index in range(scenes):
-            hall = prepare_scene(recipe, seed, index).scene
-            rng = np.random.default_rng([seed, index])
+            hall = prepare_scene(recipe, SEED, index).scene
+            rng = np.random.default_rng([SEED, index])
             for number in range(2):
                 place, viewpoint = _place_and_view(hall, rng)
                 for kind in KINDS:

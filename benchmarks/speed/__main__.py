@@ -22,7 +22,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.result import machine, rounded
+from benchmarks.result import beside_stored, machine, rounded
 from benchmarks.speed.amodal_masks import amodal_masks
 from benchmarks.speed.encoding import encoding
 from benchmarks.speed.formats import formats
@@ -95,19 +95,13 @@ def main(
         out = RESULT
     command = _command(recipe, seed, quick, only)
     if merge:
-        out, result = RESULT, _merged([{**row, "command": command} for row in rows])
+        renewed = beside_stored(RESULT, [{**row, "command": command} for row in rows])
+        out, result = RESULT, json.loads(RESULT.read_text(encoding="utf-8")) | {"rows": renewed}
     else:
         result = {"machine": machine(), "command": command, "rows": rows}
     if out is not None:
         out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
         console.print(f"output: {out}")
-
-
-def _merged(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the stored result with some of its rows renewed."""
-    stored: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
-    by_name = {row["name"]: row for row in stored["rows"]} | {row["name"]: row for row in rows}
-    return {**stored, "rows": list(by_name.values())}
 
 
 def _command(recipe: str, seed: int, quick: bool, only: tuple[str, ...]) -> str:

@@ -24,11 +24,11 @@ ROUNDS = 8
 
 
 @dataclass(frozen=True)
-class _Fraction:
+class _Worked:
     """What one process did."""
 
     start: float
-    """On the clock that all processes fraction (s)."""
+    """On the clock of all processes (s)."""
     end: float
     cpu_s: float
 
@@ -68,21 +68,21 @@ def side_by_side(
     with ProcessPoolExecutor(WORKERS, context, _begin, (barrier,)) as pool:
         jobs = [pool.submit(_sweep, scene, config, T_world_lidars, sweeps, number) for number in range(WORKERS)]
         rounds = list(zip(*(job.result() for job in jobs), strict=True))
-    found = [_together(fractions, rays, beams, WORKERS * sweeps) for fractions in rounds]
+    found = [_together(worked, rays, beams, WORKERS * sweeps) for worked in rounds]
     return max(found, key=lambda item: item["cores_held"]) | {"rounds": len(rounds)}
 
 
-def _together(fractions: Sequence[_Fraction], rays: float, beams: int, sweeps: int) -> dict[str, Any]:
+def _together(worked: Sequence[_Worked], rays: float, beams: int, sweeps: int) -> dict[str, Any]:
     """Return the rates of one round."""
-    wall = max(fraction.end for fraction in fractions) - min(fraction.start for fraction in fractions)
-    cpu = sum(fraction.cpu_s for fraction in fractions)
+    wall = max(item.end for item in worked) - min(item.start for item in worked)
+    cpu = sum(item.cpu_s for item in worked)
     return {
         "sweeps": sweeps,
         "rays_per_wall_s": rays * sweeps / wall,
         "beams_per_wall_s": beams * sweeps / wall,
         "rays_per_cpu_s": rays * sweeps / cpu,
         "beams_per_cpu_s": beams * sweeps / cpu,
-        # Below 1, other work had its fraction of the two cores, or one process waited for the other.
+        # Below 1, other work took part of the two cores, or one process waited for the other.
         "cores_held": cpu / wall / WORKERS,
     }
 
@@ -95,18 +95,18 @@ def _begin(barrier: Barrier) -> None:
 
 def _sweep(
     scene: SceneSpec, config: LidarConfig, T_world_lidars: list[Transform], sweeps: int, number: int
-) -> list[_Fraction]:
+) -> list[_Worked]:
     raycaster, rng = RayCaster(scene), np.random.default_rng(number)
     for T_world_lidar in T_world_lidars[:2]:
         sweep_to_bytes(scene, raycaster, config, T_world_lidar, rng)
-    fractions = []
+    worked = []
     for _ in range(ROUNDS):
         _barrier.wait()
         cpu, start = time.process_time(), time.monotonic()
         for turn in range(sweeps):
             sweep_to_bytes(scene, raycaster, config, T_world_lidars[turn % len(T_world_lidars)], rng)
-        fractions.append(_Fraction(start, time.monotonic(), time.process_time() - cpu))
-    return fractions
+        worked.append(_Worked(start, time.monotonic(), time.process_time() - cpu))
+    return worked
 
 
 _barrier: Barrier

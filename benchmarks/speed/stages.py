@@ -44,7 +44,7 @@ _FUNCTIONS: list[tuple[Any, str, str]] = [
     (DatasetStore, "write_scene", WRITE),
     (image_io, "encode_png", ENCODE),
     (observation_files, "write_bytes", DISK),
-    (observation_files, "fraction_file", DISK),
+    (observation_files, "hard_link", DISK),
     (json_file, "write_bytes", DISK),
     (kitti, "write_bytes", DISK),
 ]

@@ -107,14 +107,14 @@ def _tiled(trunk: SplitTrunk, local: Tensor, whole: Tensor, class_index: Tensor)
     return trunk.rest(torch.relu(torch.nn.functional.linear(features, weight, trunk.from_local.bias)))
 
 
-def _original_loss(found: Any, gt: GroundTruth, weight: float = 0.015) -> Tensor:
+def _original_loss(found: Any, gt: GroundTruth) -> Tensor:
     model = torch.rand(1, _MODEL_POINTS, 3) - 0.5
     target = model @ gt.rotation.mT + gt.translation[:, None]
     rotation = matrix_from_quat_wxyz(found.quat_wxyz)
     predicted = torch.einsum("bnij,bkj->bnki", rotation, model) + found.translation[:, :, None]
     distance = (predicted - target[:, None]).norm(dim=-1).mean(dim=-1)
     confidence = found.logit.sigmoid().clamp(min=1e-6)
-    return (distance * confidence - weight * confidence.log()).mean()
+    return (distance * confidence - 0.015 * confidence.log()).mean()
 
 
 def _inputs(batch: int, count: int, height: int, width: int) -> tuple[NetworkInput, GroundTruth]:

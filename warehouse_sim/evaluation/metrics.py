@@ -11,6 +11,7 @@ DIAMETER_PERCENT = (2, 5, 10)
 """Accuracy thresholds as percentages of the object's diameter."""
 DOCKING_MARGIN_MM = (0, 10, 20)
 """Clearance (mm) that docking must leave to the walls for the errors of the vehicle's control."""
+_POSECNN_LIMIT = 0.1
 
 
 def pass_values(table: ErrorTable, percents: Sequence[int] = DIAMETER_PERCENT) -> dict[str, Float[np.ndarray, " n"]]:
@@ -60,23 +61,22 @@ def median_values(table: ErrorTable) -> dict[str, float]:
     return {name: _median(column) for name, column in columns.items()}
 
 
-def posecnn_auc(errors: Float[np.ndarray, " n"], limit: float = 0.1) -> float:
+def posecnn_auc(errors: Float[np.ndarray, " n"]) -> float:
     """Return the area under the accuracy-threshold curve as the YCB-Video toolbox of PoseCNN computes it.
 
-    The sorted errors up to ``limit`` are summed as right-hand rectangles, which adds ``largest / (limit * n)`` to the
-    mean form; n counts misses (infinite errors) too.
+    The sorted errors up to 0.1 m are summed as right-hand rectangles, which adds ``largest / (0.1 m * n)`` to the mean
+    form; n counts misses (infinite errors) too.
 
     Args:
         errors: ADD of every ground truth (m), inf for a miss; n >= 1.
-        limit: Largest threshold (m).
     """
-    kept = np.sort(errors[errors <= limit])
+    kept = np.sort(errors[errors <= _POSECNN_LIMIT])
     if kept.size == 0:
         return 0.0
     accuracy = np.arange(1, len(kept) + 1) / len(errors)
-    edges = np.concatenate([[0.0], kept, [limit]])
+    edges = np.concatenate([[0.0], kept, [_POSECNN_LIMIT]])
     heights = np.concatenate([accuracy, accuracy[-1:]])
-    return float((np.diff(edges) * heights).sum() / limit)
+    return float((np.diff(edges) * heights).sum() / _POSECNN_LIMIT)
 
 
 def accuracy_curve(errors: Float[np.ndarray, " n"], thresholds: Float[np.ndarray, " t"]) -> Float[np.ndarray, " t"]:

@@ -31,15 +31,12 @@ _ILLUMINANCE = 500.0
 """What the main light gives at the object (lx)."""
 
 
-def render_catalog_sheet(
-    out: Path, names: Sequence[str] | None = None, backend: str = "raster", columns: int = COLUMNS
-) -> None:
+def render_catalog_sheet(out: Path, names: Sequence[str] | None = None, columns: int = COLUMNS) -> None:
     """Draw catalog objects side by side and write the sheet as PNG.
 
     Args:
         out: PNG file.
         names: Catalog objects; all, in order of their numbers, by default.
-        backend: Render backend.
         columns: Thumbnails in a row, >= 1.
 
     Raises:
@@ -48,7 +45,7 @@ def render_catalog_sheet(
     models = [catalog_object(name) for name in (catalog_names() if names is None else names)]
     if names is None:
         models.sort(key=lambda model: (model.obj_id, model.name))
-    with open_renderer(backend) as renderer:
+    with open_renderer("raster") as renderer:
         cells = [captioned(render_thumbnail(renderer, model), model) for model in models]
     make_folder(out.parent)
     write_bytes(out, encode_rgb(_grid(cells, columns)))

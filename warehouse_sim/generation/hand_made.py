@@ -104,14 +104,14 @@ def settle(
     raise SettleError(f"{problem}; move objects apart, or put them where something carries them") from problem
 
 
-def sampled_views(made: HandMade, count: int, stream: str = "viewpoints by hand") -> tuple[Viewpoint, ...]:
+def sampled_views(made: HandMade, count: int) -> tuple[Viewpoint, ...]:
     """Return viewpoints around the targets of a scene.
 
     Raises:
         PlacementError: There is no target, or none can be seen from a free place.
     """
     scene = made.scene
-    rng = scene_rng(scene.seed, scene.scene_index, stream, scene.attempt)
+    rng = scene_rng(scene.seed, scene.scene_index, "viewpoints by hand", scene.attempt)
     return views_of(scene, count, made.viewpoints, rng)
 
 

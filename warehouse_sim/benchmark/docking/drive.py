@@ -21,7 +21,7 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 _LOOK_EVERY = 5
 """Steps between two looks at the pallet and two orders to the servos; forces are felt in every step."""
 _SETTLE, _HOLD = 0.2, 0.3
-"""Steps between looks at the pallet and orders to the servos; forces are felt in every step."""
+"""How long things come to rest before the truck drives, and after it arrived and lifted (s)."""
 
 Watcher = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Is shown the model at every look."""

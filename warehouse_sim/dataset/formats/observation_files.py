@@ -18,7 +18,7 @@ from warehouse_sim.dataset.files.image_io import (
 from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.output import fraction_file, write_bytes
+from warehouse_sim.output import hard_link, write_bytes
 from warehouse_sim.schema import ObjectAnnotation, Observation
 
 
@@ -62,7 +62,7 @@ class SharedFile:
             write_bytes(path, self.data)
             self.stored_at = path
         else:
-            fraction_file(self.stored_at, path, self.data)
+            hard_link(self.stored_at, path, self.data)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,8 @@ from warehouse_sim.geometry.precision_recall import Matches, average_precision, 
 OVERLAPS = (0.5, 0.75)
 _ALL_OVERLAPS = tuple(np.linspace(0.5, 0.95, 10).round(2).tolist())
 """Of COCO's mean."""
+_MIN_SCORE = 0.5
+"""Of detections that count for panoptic quality, which knows no scores."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,6 @@ def score_detections(
     reader: DatasetReader,
     images: Sequence[ImageRecord],
     evaluated: Evaluated = Evaluated(),
-    min_score: float = 0.5,
 ) -> list[DetectionScore]:
     """Return the scores of each class that is to be found in some images, in alphabetical order.
 
@@ -78,10 +79,9 @@ def score_detections(
         reader: The dataset.
         images: Where to look.
         evaluated: Which true objects are to be found.
-        min_score: Of detections that count for panoptic quality, which knows no scores.
     """
     seen = seen_by_class(found, reader, images, evaluated)
-    return [_score(name, parts, min_score) for name, parts in sorted(seen.items()) if wanted_in(parts)]
+    return [_score(name, parts) for name, parts in sorted(seen.items()) if wanted_in(parts)]
 
 
 def seen_by_class(
@@ -127,13 +127,13 @@ def _compare(
     return Seen(image.scene_id, scores, wanted, overlap, shared / np.maximum(union, 1.0))
 
 
-def _score(name: str, parts: Sequence[Seen], min_score: float) -> DetectionScore:
+def _score(name: str, parts: Sequence[Seen]) -> DetectionScore:
     precision = _precisions("box", [(item.scores, item.boxes, item.wanted) for item in parts])
     masked = [(item.scores, item.masks, item.wanted) for item in parts if item.masks is not None]
     quality = None
     if len(masked) == len(parts):
         precision |= _precisions("mask", masked)
-        quality = _panoptic_quality(masked, min_score)
+        quality = _panoptic_quality(masked)
     return DetectionScore(name, wanted_in(parts), precision, quality)
 
 
@@ -148,11 +148,11 @@ def _match(part: tuple[np.ndarray, np.ndarray, np.ndarray], min_overlap: float) 
     return match(scores, overlap, wanted, min_overlap)
 
 
-def _panoptic_quality(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], min_score: float) -> float:
+def _panoptic_quality(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> float:
     """Return sum of overlaps of matched masks / (matched + half of the others, found and true)."""
     total, matched, others = 0.0, 0, 0
     for scores, overlap, wanted in parts:
-        kept = overlap[scores >= min_score]
+        kept = overlap[scores >= _MIN_SCORE]
         # Above a half, a match is the only one.
         pairs = (kept > 0.5) & wanted
         ignored = ((kept > 0.5) & ~wanted).any(axis=1) & ~pairs.any(axis=1)

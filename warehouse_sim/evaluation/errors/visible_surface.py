@@ -106,7 +106,7 @@ def _cut_off(triangle: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "k 3 3"]:
 BOP_TAUS = tuple(np.arange(0.05, 0.51, 0.05).round(2).tolist())
 """Misalignment tolerances of the BOP challenge, as fractions of the diameter."""
 BOP_DELTA = 0.015
-"""Tolerance of visibility of the BOP challenge (m)."""
+"""How far behind the reading a surface counts as visible in the BOP challenge (m)."""
 
 
 def vsd(
@@ -116,7 +116,6 @@ def vsd(
     camera: PinholeCamera,
     diameter: float,
     taus: Sequence[float] = BOP_TAUS,
-    delta: float = BOP_DELTA,
 ) -> Float[np.ndarray, " t"]:
     """Return the visible surface discrepancy (0-1) for each tolerance.
 
@@ -130,13 +129,12 @@ def vsd(
         camera: Of the images; its lens does not count.
         diameter: Of the object (m).
         taus: Tolerances as fractions of the diameter.
-        delta: How far behind the reading a surface counts as visible (m).
     """
     rays = _ray_lengths(camera)
     estimated, true, seen = rays * depth_estimated, rays * depth_gt, rays * depth_seen
     # In 32 bits, as the public reference compares them: pixels at the very limit would fall to the other side.
-    visible_gt = _in_view(true, seen, delta)
-    visible_estimated = _in_view(estimated, seen, delta) | (visible_gt & (estimated > 0.0))
+    visible_gt = _in_view(true, seen)
+    visible_estimated = _in_view(estimated, seen) | (visible_gt & (estimated > 0.0))
     both, either = visible_gt & visible_estimated, int((visible_gt | visible_estimated).sum())
     if either == 0:
         return np.ones(len(taus))
@@ -180,11 +178,9 @@ def vsd_errors(
     return errors
 
 
-def _in_view(
-    distance: Float[np.ndarray, "h w"], seen: Float[np.ndarray, "h w"], delta: float
-) -> Float[np.ndarray, "h w"]:
+def _in_view(distance: Float[np.ndarray, "h w"], seen: Float[np.ndarray, "h w"]) -> Float[np.ndarray, "h w"]:
     behind = distance.astype(np.float32) - seen.astype(np.float32)
-    return ((behind <= delta) | (seen == 0.0)) & (distance > 0.0)
+    return ((behind <= BOP_DELTA) | (seen == 0.0)) & (distance > 0.0)
 
 
 def _ray_lengths(camera: PinholeCamera) -> Float[np.ndarray, "h w"]:

@@ -19,9 +19,9 @@ Column = Float[np.ndarray, " n"]
 Passed = Bool[np.ndarray, " n"]
 
 
-def accuracy_chart(tables: Mapping[str, ErrorTable], marks: Sequence[int], largest: float = 10.0) -> str:
+def accuracy_chart(tables: Mapping[str, ErrorTable], marks: Sequence[int]) -> str:
     """Draw the fraction of objects with an ADD below each part of their diameter; misses never come below."""
-    percent = np.linspace(0.0, largest, 400)
+    percent = np.linspace(0.0, 10.0, 400)
     with chart() as drawing:
         axes = drawing.axes
         for color, (name, table) in zip(_cycle(len(tables)), tables.items(), strict=True):
@@ -29,16 +29,14 @@ def accuracy_chart(tables: Mapping[str, ErrorTable], marks: Sequence[int], large
             axes.plot(percent, 100.0 * fraction, color=color, label=name)
         for mark in marks:
             axes.axvline(mark, color=_QUIET, linewidth=0.8, linestyle=(0, (3, 3)))
-        axes.set(
-            xlim=(0, largest), ylim=(0, 101), xlabel="ADD below this part of the diameter (%)", ylabel="objects (%)"
-        )
+        axes.set(xlim=(0, 10), ylim=(0, 101), xlabel="ADD below this part of the diameter (%)", ylabel="objects (%)")
         axes.legend(loc="lower right")
         return drawing.svg()
 
 
-def docking_chart(tables: Mapping[str, ErrorTable], largest_mm: float = 30.0) -> str:
+def docking_chart(tables: Mapping[str, ErrorTable]) -> str:
     """Draw the fraction of objects with pockets that dock, over the clearance left for control errors."""
-    margin = np.linspace(0.0, largest_mm, 301)
+    margin = np.linspace(0.0, 30.0, 301)
     with chart() as drawing:
         axes = drawing.axes
         for color, (name, table) in zip(_cycle(len(tables)), tables.items(), strict=True):
@@ -51,7 +49,7 @@ def docking_chart(tables: Mapping[str, ErrorTable], largest_mm: float = 30.0) ->
             )
             fraction = np.where(evaluated > 0, docked / np.maximum(evaluated, 1), np.nan)
             axes.plot(margin, 100.0 * fraction, color=color, label=name)
-        axes.set(xlim=(0, largest_mm), ylim=(0, 101), xlabel="clearance that must be left (mm)", ylabel="docked (%)")
+        axes.set(xlim=(0, 30), ylim=(0, 101), xlabel="clearance that must be left (mm)", ylabel="docked (%)")
         axes.legend(loc="lower left")
         return drawing.svg()
 
@@ -97,16 +95,16 @@ def offset_chart(table: ErrorTable) -> str:
         return drawing.svg()
 
 
-def histogram_chart(table: ErrorTable, largest_cm: float = 15.0) -> str:
+def histogram_chart(table: ErrorTable) -> str:
     """Draw how ADD is spread; the last bar holds everything beyond."""
-    values = np.minimum(100.0 * table.add[table.found], largest_cm - 1e-9)
+    values = np.minimum(100.0 * table.add[table.found], 15.0 - 1e-9)
     with chart() as drawing:
         axes = drawing.axes
-        axes.hist(values, bins=np.linspace(0.0, largest_cm, 31), color=PALETTE[0], alpha=0.85, rwidth=0.9)
+        axes.hist(values, bins=np.linspace(0.0, 15.0, 31), color=PALETTE[0], alpha=0.85, rwidth=0.9)
         axes.grid(visible=False, axis="x")
-        ticks = np.arange(0, largest_cm + 1, 3).astype(int)
+        ticks = np.arange(0, 16, 3)
         axes.set_xticks(ticks, [*map(str, ticks[:-1]), f">{ticks[-1]}"])
-        axes.set(xlim=(0, largest_cm), xlabel="ADD (cm)", ylabel="objects")
+        axes.set(xlim=(0, 15), xlabel="ADD (cm)", ylabel="objects")
         axes.yaxis.get_major_locator().set_params(integer=True)
         return drawing.svg()
 

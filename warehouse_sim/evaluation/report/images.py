@@ -34,9 +34,9 @@ class DrawnPose:
     """Of thin lines (px); the side towards the camera is drawn about twice as strong."""
 
 
-def jpeg_uri(image: Image, quality: int = 82) -> str:
+def jpeg_uri(image: Image) -> str:
     """Return an RGB image as a JPEG data URI."""
-    encoded = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    encoded = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
     return "data:image/jpeg;base64," + base64.b64encode(encoded.tobytes()).decode("ascii")
 
 

@@ -19,7 +19,7 @@ _RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.jso
 
 @dataclass(frozen=True, eq=False)
 class RunSource:
-    """A training run, as far as a report shows it; read without the learning clearance, which needs torch."""
+    """A training run, as far as a report shows it; read without what trains, which needs torch."""
 
     name: str
     """Name of the folder."""
