@@ -24,7 +24,7 @@ def test_side_aisles_lie_between_the_rows_behind() -> None:
 
 def test_trucks_stand_in_side_aisles_and_touch_no_rack() -> None:
     layout = RackAisleConfig(bays=5, rows_behind=2, aisle_width=3.0, truck="reach")
-    config = TrafficConfig(side_trucks=Distribution.constant(3), truck_kinds=("reach", "stacker"), clearance=0.1)
+    config = TrafficConfig(side_trucks=Distribution.constant(3), truck_kinds=("reach", "stacker"))
     draft = SceneDraft()
     site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
     before, racks = len(draft.instances), draft.solids().boxes

@@ -12,6 +12,7 @@ from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.traffic import TrafficConfig, add_traffic
+from warehouse_sim.scene.trucks_at_work import CLEARANCE
 
 BUSY = TrafficConfig(
     forklifts=Distribution.constant(2),
@@ -19,7 +20,6 @@ BUSY = TrafficConfig(
     people=Distribution.constant(3),
     cones=Distribution.constant(3),
     cartons=Distribution.constant(3),
-    clearance=0.25,
 )
 
 
@@ -39,7 +39,7 @@ def test_everything_requested_for_stands_on_the_floor_clear_of_all_else(seed: in
     }
     outer = BoxStack.of([OrientedBox(item.T_world_object, draft.models[item.model].size) for item in added])
     pairs = np.array([(a, b) for a in range(len(added)) for b in range(a)])
-    assert outer.separation(outer, pairs).distance.min() >= 0.25 - 1e-9
+    assert outer.separation(outer, pairs).distance.min() >= CLEARANCE - 1e-9
     low, _ = outer.extents()
     for item, bottom in zip(added, low[:, 2], strict=True):
         loose = draft.models[item.model].class_name == "carton"

@@ -71,7 +71,7 @@ def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
     site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
     before = len(draft.instances)
     rng = np.random.default_rng(3)
-    add_trucks_at_work(draft, 4, tuple(KINDS), 0.8, 0.3, UnitLoadConfig(), site.aisle, rng)
+    add_trucks_at_work(draft, 4, tuple(KINDS), 0.8, UnitLoadConfig(), site.aisle, rng)
     added = draft.instances[before:]
     assert not any(item.dynamic for item in added)
     trucks = [item for item in added if item.model in WORKING and item.model != "work_cart"]
@@ -89,7 +89,7 @@ def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
 
 def test_none_use_up_nothing_of_the_stream() -> None:
     rng, draft = np.random.default_rng(0), SceneDraft()
-    add_trucks_at_work(draft, 0, tuple(KINDS), 0.5, 0.3, UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
+    add_trucks_at_work(draft, 0, tuple(KINDS), 0.5, UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
     assert draft.instances == []
     assert rng.random() == np.random.default_rng(0).random()
 

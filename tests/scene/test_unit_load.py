@@ -32,14 +32,12 @@ RICH = UnitLoadConfig(
     patterns=PATTERNS,
     height=Distribution.uniform(0.3, 1.4),
     max_cartons=60,
-    overhang_mm=Distribution.uniform(-20.0, 10.0),
     wrap_fraction=0.5,
     slip_sheet_fraction=0.5,
     corner_post_fraction=0.5,
     stacking=StackingConfig(
         gap_mm=4.0,
         shift_mm=Distribution.normal(0.0, 0.7, -1.5, 1.5),
-        layer_shift_mm=Distribution.normal(0.0, 2.0, -6.0, 6.0),
         half_turn_fraction=0.5,
     ),
 )

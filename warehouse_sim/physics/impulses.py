@@ -27,6 +27,10 @@ _BONDS = ("wrap", "corner_post")
 _REACH = (1.6, 1.6, 0.2)
 """How far around a load (m, along each axis) things stay where they are while its pieces fall; all below counts."""
 _TRIES = 4
+_HEIGHT = Distribution.uniform(0.0, 0.45)
+"""Where a blow lands: fraction of a piece's height above its centre; the higher, the more it tips."""
+_MAX_TIME = 6.0
+"""Longest simulated time until all lie still (s); an impulse that takes longer is sampled again."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +42,8 @@ class ImpulseConfig:
     """Fraction of the loads with goods on them, and nothing on top, that get an impulse, 0-1."""
     speed: Annotated[Distribution, Range(0, 5, "m/s")] = field(default=Distribution.uniform(0.5, 2.4))
     """Speed that the blow gives to the uppermost piece (m/s), 0-5; pieces further down get less by their height."""
-    height: Annotated[Distribution, Range(0, 0.5)] = field(default=Distribution.uniform(0.0, 0.45))
-    """Where the blow lands: fraction of a piece's height above its centre, 0-0.5; the higher, the more it tips."""
     pieces: Annotated[Distribution, Range(1, 1000, whole=True)] = field(default=Distribution.uniform(1, 8))
     """Pieces that are hit, from the top down, a whole number, 1-1,000."""
-    max_time: Annotated[float, Range(0.1, 60, "s")] = 6.0
-    """Longest simulated time until all lie still (s), 0.1-60; an impulse that takes longer is sampled again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def impulse_loads(
     rests, groups = [], []
     if config.fraction > 0.0:
         rng = scene_rng(scene.seed, scene.scene_index, "impulses")
-        limits = RestLimits(limits.speed, limits.turn, config.max_time)
+        limits = RestLimits(limits.speed, limits.turn, _MAX_TIME)
         bound = {item.group for item in scene.instances if scene.model_of(item).class_name in _BONDS}
         where = {item.instance_id: item for item in scene.instances}
         loads = [_top_load([where[item.instance_id] for item in stack]) for stack in stacks]
@@ -124,7 +124,7 @@ def _sample_blow(
     hit = uppermost[: max(1, config.pieces.sample_count(rng))]
     bearing = rng.uniform(-np.pi, np.pi)
     velocity = config.speed.sample(rng) * np.array([np.cos(bearing), np.sin(bearing), 0.0])
-    height = config.height.sample(rng)
+    height = _HEIGHT.sample(rng)
     foot = min(item.T_world_object[2, 3] for item in goods) - 0.5 * float(scene.model_of(goods[0]).size[2])
     top = hit[0].T_world_object[2, 3] - foot
 

@@ -19,6 +19,8 @@ from warehouse_sim.schema import SceneSpec
 _REACH = (0.03, 0.03, 0.06)
 """How far around a stack (m, along each axis) the fixed things are that it may touch while it settles."""
 
+_REST_TURN = 0.01
+"""At rest every body turns slower than this (rad/s)."""
 _SHIFT, _FALL = 0.02, 0.25
 """A struck piece that ends further than the first from its place was pushed aside (m), than the second has fallen."""
 _LIE = np.deg2rad(60.0)
@@ -34,8 +36,6 @@ class SettleConfig:
     """Longest simulated time of a stack (s), 0.1-60."""
     rest_speed: Annotated[float, Range(0.000001, 10, "m/s")] = 0.002
     """At rest every body is slower than this (m/s), 0.000001-10."""
-    rest_turn: Annotated[float, Range(0.000001, 100, "rad/s")] = 0.01
-    """At rest every body turns slower than this (rad/s), 0.000001-100."""
     max_overlap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
     """Deepest overlap allowed (mm), 0.001-1,000."""
     max_gap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
@@ -63,7 +63,7 @@ def settle_scene(
         reach: How far around a stack (m, along each axis) the fixed things are that it may touch: as far as it falls.
     """
     solids = Solids.of(spec.instances, spec.models)
-    limits = RestLimits(config.rest_speed, config.rest_turn, config.max_time)
+    limits = RestLimits(config.rest_speed, _REST_TURN, config.max_time)
     stacks = find_stacks(spec.instances, solids)
     poses: dict[int, Transform] = {}
     rests: list[Rest] = []
@@ -115,7 +115,7 @@ def _report(
     speed, turn = (max((getattr(rest, name) for rest in rests), default=0.0) for name in ("speed", "turn"))
     duration = max((rest.duration for rest in rests), default=0.0)
     problems = []
-    if speed >= config.rest_speed or turn >= config.rest_turn:
+    if speed >= config.rest_speed or turn >= _REST_TURN:
         problems.append(f"still moving at {speed:.3f} m/s and {turn:.3f} rad/s after {duration:.1f} s")
     problems += [
         f"object {i} toppled by {np.rad2deg(a):.1f} deg" for i, a in zip(ids[toppled], tilt[toppled], strict=True)

@@ -11,7 +11,7 @@ from warehouse_sim.catalog.shipped import CLUTTER
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.ranges import Fraction, Range, ranged
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.site import Strip
@@ -19,6 +19,10 @@ from warehouse_sim.scene.layouts.site import Strip
 _TRIES = 40
 _EDGE = 0.9
 """Width of the strip along either side of the aisle that is its edge (m)."""
+_BESIDE = 0.85
+"""Fraction of what lies on the floor that stands along the aisle's sides; the rest stands anywhere."""
+_CLEARANCE = 0.05
+"""Least distance between any two of them and to everything else (m)."""
 _LOW, _HIGH = 0.011, 2.0
 """Paint up to the first height, and what begins above the second, is in nobody's way (m)."""
 _HANDY = ("bucket", "canister", "extension_reel", "film_heap", "film_roll", "film_rolls", "flat_cartons", "strap_roll",
@@ -35,12 +39,8 @@ class ClutterConfig:
 
     count: Annotated[Distribution, Range(0, 60, whole=True)] = field(default=Distribution.constant(0))
     """Things on the floor of the aisle, 0-60; fewer where no more find a place."""
-    beside_fraction: Fraction = 0.85
-    """Fraction of them that stand along the aisle's sides, 0-1; the others stand anywhere."""
     on_shelves: Annotated[Distribution, Range(0, 200, whole=True)] = field(default=Distribution.constant(0))
     """Things left on shelves and on rack decks, 0-200; fewer where no more find a place."""
-    clearance: Annotated[float, Range(0.02, 1, "m")] = 0.05
-    """Least distance between any two of them and to everything else (m), 0.02-1."""
 
 
 def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.random.Generator) -> None:
@@ -61,11 +61,11 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
     placed: list[OrientedBox] = []
     for _ in range(count):
         model = catalog_object(sorted(CLUTTER)[int(rng.integers(len(CLUTTER)))])
-        beside = bool(rng.random() < config.beside_fraction)
+        beside = bool(rng.random() < _BESIDE)
         for _ in range(_TRIES):
             T_world_object = _sample_place(float(model.size[2]), area, beside, rng)
             box = OrientedBox(T_world_object, model.size)
-            if all(stack.clear_of(box, config.clearance) for stack in (in_the_way, BoxStack.of(placed))):
+            if all(stack.clear_of(box, _CLEARANCE) for stack in (in_the_way, BoxStack.of(placed))):
                 draft.add(model, T_world_object)
                 placed.append(box)
                 break

@@ -33,6 +33,8 @@ _LEAST_HEADROOM = 0.6
 
 _HIGH_STACK = 3
 """Stacks of so many loads are wrapped under the crush rule."""
+_OFFSET_MM = Distribution.normal(0.0, 12.0, -35.0, 35.0)
+"""Shift of a load against the one under it, along each axis (mm)."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,6 @@ class LanesConfig:
     """Shift of a stack along its lane (mm), -200 to 200."""
     yaw_deg: Annotated[Distribution, Range(-20, 20, "deg")] = field(default=Distribution.normal(0.0, 1.5, -4.0, 4.0))
     """Turn of a stack about the vertical against its lane (deg), -20 to 20."""
-    offset_mm: Annotated[Distribution, Range(-60, 60, "mm")] = field(
-        default=Distribution.normal(0.0, 12.0, -35.0, 35.0)
-    )
-    """Shift of a load against the one under it, along each axis (mm), -60 to 60."""
 
 
 Stack = list[tuple[UnitLoad, Transform]]
@@ -95,8 +93,8 @@ def fill_lanes(
                     break
             else:
                 raise PlacementError(
-                    f"no room for a stack in lane {number} after {_STACK_TRIES} x {_TRIES} tries; lower lanes.yaw_deg, "
-                    "lanes.offset_mm or lanes.lateral_mm, or widen the lanes"
+                    f"no room for a stack in lane {number} after {_STACK_TRIES} x {_TRIES} tries; lower lanes.yaw_deg "
+                    "or lanes.lateral_mm, or widen the lanes"
                 )
             for load, T_stack_load in stack:
                 standing.append(load.envelope.placed(T_world_stack @ T_stack_load))
@@ -124,7 +122,7 @@ def _sample_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: n
             if stack:
                 break  # the stack ends where its goods are too high for the rest of the room, or too heavy
             raise
-        T_stack_load = _on_top(height, config, rng, stacked=bool(stack))
+        T_stack_load = _on_top(height, rng, stacked=bool(stack))
         if stack and not (load.mass <= spare and _stands_on(stack[-1], load, T_stack_load) and _is_of(load, loads)):
             break
         if rule and stack and load.holds("drum") and not stack[-1][0].holds("drum"):
@@ -157,7 +155,7 @@ def _empty_stack(lane: Lane, config: LanesConfig, loads: UnitLoadConfig, rng: np
     height = 0.0
     for _ in range(max(1, config.empties.sample_count(rng))):
         load = build_unit_load(np.inf, bare, rng)
-        stack.append((load, _on_top(height, config, rng, stacked=bool(stack))))
+        stack.append((load, _on_top(height, rng, stacked=bool(stack))))
         height += load.height
     return stack
 
@@ -184,7 +182,7 @@ def _of_one_article(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator,
     alike = [model for model in all_pallets(loads) if model.obj_id == pallet.obj_id]
     if loads.stacking.crush_rule and stacked:
         loads = that_carry(loads, _deck(pallet))
-    return on_these(one_article(space_on(pallet, lane.clear_height, loads.overhang_mm.low), loads, rng), alike)
+    return on_these(one_article(space_on(pallet, lane.clear_height), loads, rng), alike)
 
 
 def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator) -> UnitLoadConfig:
@@ -198,9 +196,9 @@ def _of_one_carrier(lane: Lane, loads: UnitLoadConfig, rng: np.random.Generator)
     return replace(loads, carrier_fraction=0.0)
 
 
-def _on_top(height: float, config: LanesConfig, rng: np.random.Generator, stacked: bool) -> Transform:
+def _on_top(height: float, rng: np.random.Generator, stacked: bool) -> Transform:
     """Return T_stack_load of a load at ``height`` (m): a little off and either end first."""
-    shift = [config.offset_mm.sample(rng) / 1000, config.offset_mm.sample(rng) / 1000] if stacked else [0.0, 0.0]
+    shift = [_OFFSET_MM.sample(rng) / 1000, _OFFSET_MM.sample(rng) / 1000] if stacked else [0.0, 0.0]
     return make_transform(rotation_z(np.pi * rng.integers(2)), np.array([*shift, height]))
 
 

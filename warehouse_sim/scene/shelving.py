@@ -118,7 +118,7 @@ def one_kind(
     if not names:
         raise PlacementError(f"none of the recipe's pallets fits a lane's {footprint} m; list a smaller one")
     name = str(rng.choice(names))
-    space = space_on(catalog_object(name), headroom, loads.overhang_mm.low)
+    space = space_on(catalog_object(name), headroom)
     return replace(one_article(space, loads, rng), pallets=(name,))
 
 

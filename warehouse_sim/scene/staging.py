@@ -19,6 +19,8 @@ _HEADROOM, _CARRIER_HEADROOM = 1.3, 1.8
 _TRIES = 200
 _EDGE = 0.8
 """Least distance from a load's centre to a rack's front (m)."""
+_CLEARANCE = 0.4
+"""Least distance between two loads on the floor (m)."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,6 @@ class StagingConfig:
     """Heading of a pallet's long edge about the vertical (deg), -360 to 360."""
     depth: Annotated[Distribution, Range(0.8, 30, "m")] = field(default=Distribution.uniform(1.6, 5.5))
     """Distance from the first rack's front to a load's centre (m), 0.8-30; the far end of the aisle limits it too."""
-    clearance: Annotated[float, Range(0, 10, "m")] = 0.4
-    """Least distance between two loads on the floor (m), 0-10."""
 
 
 def stage_loads(
@@ -58,7 +58,7 @@ def stage_loads(
             position = np.array([rng.uniform(area.x_min, area.x_max), area.y_max - config.depth.sample(rng), 0.0])
             T_world_load = make_transform(rotation_z(np.deg2rad(config.yaw_deg.sample(rng))), position)
             box = load.envelope.placed(T_world_load)
-            if position[1] >= area.y_min + _EDGE and stack.clear_of(box, config.clearance) and fixed.clear_of(box, 0.0):
+            if position[1] >= area.y_min + _EDGE and stack.clear_of(box, _CLEARANCE) and fixed.clear_of(box, 0.0):
                 break
         else:
             raise PlacementError(

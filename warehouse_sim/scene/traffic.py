@@ -15,7 +15,7 @@ from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.trucks_at_work import KINDS, add_trucks_at_work
+from warehouse_sim.scene.trucks_at_work import CLEARANCE, KINDS, add_trucks_at_work
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 
 _KINDS = (
@@ -67,8 +67,6 @@ class TrafficConfig:
     """What they are: counterbalance, reach, stacker, order_picker, tugger, amr, pallet_truck."""
     laden_fraction: Fraction = 0.7
     """Fraction of them that carry a load of the recipe's, 0-1."""
-    clearance: Annotated[float, Range(0.05, 2, "m")] = 0.3
-    """Least distance between any two of these and to everything else (m), 0.05-2."""
 
     def __post_init__(self) -> None:
         if self.own.high > 0 and not self.objects:
@@ -86,7 +84,7 @@ def add_trucks(
     """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
     count = config.trucks.sample_count(rng)
     kinds, fraction = config.truck_kinds, config.laden_fraction
-    add_trucks_at_work(draft, count, kinds, fraction, config.clearance, loads, area, rng)
+    add_trucks_at_work(draft, count, kinds, fraction, loads, area, rng)
 
 
 def add_side_trucks(
@@ -100,7 +98,7 @@ def add_side_trucks(
     kinds, fraction = config.truck_kinds, config.laden_fraction
     for _ in range(config.side_trucks.sample_count(rng) if aisles else 0):
         area = aisles[int(rng.integers(len(aisles)))]
-        add_trucks_at_work(draft, 1, kinds, fraction, config.clearance, loads, area, rng)
+        add_trucks_at_work(draft, 1, kinds, fraction, loads, area, rng)
 
 
 def add_traffic(
@@ -128,19 +126,16 @@ def add_traffic(
         names = {"carton": cartons, "own": config.objects, **standing}[class_name]
         for number in range(count):
             name = str(rng.choice(list(names)))
-            T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), config.clearance, area, rng)
+            T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), area, rng)
             if T_world_object is None:
                 raise PlacementError(
-                    f"no room for {class_name} {number + 1} of {count} after {_TRIES} tries; lower traffic.{setting} "
-                    "or traffic.clearance"
+                    f"no room for {class_name} {number + 1} of {count} after {_TRIES} tries; lower traffic.{setting}"
                 )
             draft.add(catalog_object(name), T_world_object, draft.new_group() if class_name == "carton" else 0)
             placed.append(_envelope(name, T_world_object))
 
 
-def _find_place(
-    name: str, others: Sequence[BoxStack], clearance: float, area: Area, rng: np.random.Generator
-) -> Transform | None:
+def _find_place(name: str, others: Sequence[BoxStack], area: Area, rng: np.random.Generator) -> Transform | None:
     model = catalog_object(name)
     z = model.size[2] / 2 + (_AIR if model.class_name == "carton" else 0.0)
     for _ in range(_TRIES):
@@ -149,7 +144,7 @@ def _find_place(
         if model.class_name in _ALONG_AISLE:
             yaw = rng.integers(4) * np.pi / 2 + rng.normal(0.0, _HEADING_SPREAD)
         T_world_object = make_transform(rotation_z(yaw), at)
-        if all(stack.clear_of(_envelope(name, T_world_object), clearance) for stack in others):
+        if all(stack.clear_of(_envelope(name, T_world_object), CLEARANCE) for stack in others):
             return T_world_object
     return None
 

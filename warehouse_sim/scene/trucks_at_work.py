@@ -28,6 +28,8 @@ KINDS = {
     "pallet_truck": "work_pallet_truck",
 }
 """Name in a recipe -> name in the catalog."""
+CLEARANCE = 0.3
+"""Least distance of trucks, people and what lies on the floor from each other and from all else (m)."""
 _TRIES, _LOAD_TRIES = 60, 4
 _ALONG_FRACTION = 0.6
 """Fraction of the trucks that drive along the aisle; the others face a side, as when they pick up or put away."""
@@ -80,7 +82,6 @@ def add_trucks_at_work(
     count: int,
     kinds: Sequence[str],
     laden_fraction: float,
-    clearance: float,
     loads: UnitLoadConfig,
     area: Area,
     rng: np.random.Generator,
@@ -92,7 +93,6 @@ def add_trucks_at_work(
         count: How many.
         kinds: Keys of ``KINDS`` to draw from.
         laden_fraction: Fraction that carries a load.
-        clearance: Least distance to all else (m).
         loads: What the recipe says of loads.
         area: Floor of the aisle.
         rng: Stream to draw from.
@@ -109,7 +109,7 @@ def add_trucks_at_work(
             T_world_truck = _sample_pose(crew.boxes(), area, rng)
             boxes = [box.placed(T_world_truck) for box in crew.boxes()]
             if _inside(boxes, area) and all(
-                stack.clear_of(box, clearance) for stack in (in_the_way, BoxStack.of(placed)) for box in boxes
+                stack.clear_of(box, CLEARANCE) for stack in (in_the_way, BoxStack.of(placed)) for box in boxes
             ):
                 crew.add_to(draft, T_world_truck)
                 placed += boxes

@@ -166,7 +166,7 @@ def build_unit_load(
         centre = np.array([0.0, 0.0, floor + INITIAL_AIR + model.size[2] / 2])
         pieces.append((model, make_transform(rotation_z(turn), centre)))
         floor += INITIAL_AIR + float(model.size[2])
-    space = space_on(pallet, headroom - (floor - height - INITIAL_AIR), config.overhang_mm.sample(rng), most_mass)
+    space = space_on(pallet, headroom - (floor - height - INITIAL_AIR), most_mass)
     T_load_floor = make_transform(translation=np.array([0.0, 0.0, floor]))
     goods = [(model, T_load_floor @ T_floor_piece) for model, T_floor_piece in sample_goods(space, config, rng)]
     pieces += goods + _securing(goods, pallet, floor, config, rng)
@@ -184,19 +184,17 @@ def _of_carrier(carrier: ObjectModel, pallet: ObjectModel | None) -> UnitLoad:
     return UnitLoad(tuple(pieces))
 
 
-def space_on(pallet: ObjectModel, headroom: float, overhang_mm: float, most_mass: float = np.inf) -> LoadSpace:
+def space_on(pallet: ObjectModel, headroom: float, most_mass: float = np.inf) -> LoadSpace:
     """Return the room for goods on a pallet.
 
     Args:
         pallet: The pallet.
         headroom: Greatest height (m), pallet included.
-        overhang_mm: How far goods may stand out over each edge (mm).
         most_mass: Greatest mass of all (kg).
     """
     length, width, height = pallet.size.tolist()
-    overhang = 2 * overhang_mm / 1000
     return LoadSpace(
-        area=(length + overhang, width + overhang),
+        area=(length, width),
         height=headroom - height - _HEADROOM_LEFT,
         payload=min(safe_working_load(pallet), most_mass - pallet.mass) - _SECURING_MASS,
     )

@@ -27,7 +27,6 @@ def test_settings_survive_a_round_trip_through_plain_data() -> None:
         ({"max_cartons": 0}, "max_cartons must be 1-1,000, found 0"),
         ({"patterns": []}, "at least one pattern"),
         ({"patterns": ["herringbone"]}, "herringbone"),
-        ({"overhang_mm": 200}, "overhang_mm must stay within"),
         ({"drums": ["epal1"]}, "drums must list catalog objects of class drum"),
         ({"sacks": ["sack"]}, "sacks"),
         ({"wear": {"age": 2}}, "age must stay within 0-1"),

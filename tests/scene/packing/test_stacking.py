@@ -15,7 +15,7 @@ from warehouse_sim.scene.packing.patterns import PATTERNS, pattern_layers
 from warehouse_sim.scene.packing.stacking import StackingConfig, Tier, stack_tiers
 
 FULL = StackingConfig(top_layer_fraction=Distribution.constant(1.0))
-ROUGH = replace(FULL, layer_shift_mm=Distribution.uniform(-12.0, 12.0), half_turn_fraction=0.5)
+ROUGH = replace(FULL, half_turn_fraction=0.5)
 
 
 def tiers(
@@ -56,15 +56,6 @@ def test_no_pose_is_drawn_tilted() -> None:
     stack = tiers(catalog_object("carton_400x300x250").size, 5, (1.2, 0.8), "interlock")
     for layer in stack_tiers(stack, ROUGH, np.random.default_rng(3)):
         np.testing.assert_allclose([T[2, :3] for T in layer], [[0.0, 0.0, 1.0]] * len(layer), atol=1e-15)
-
-
-def test_a_stack_leans_by_the_sum_of_its_layers_shifts() -> None:
-    config = replace(FULL, layer_shift_mm=Distribution.constant(10.0), shift_mm=Distribution.constant(0.0))
-    poses = stack_tiers(
-        tiers(catalog_object("carton_600x400x220").size, 4, (1.2, 0.8)), config, np.random.default_rng(0)
-    )
-    middles = np.array([np.mean([T[:2, 3] for T in layer], axis=0) for layer in poses])
-    np.testing.assert_allclose(middles, np.arange(4)[:, None] * [[0.01, 0.01]], atol=1e-12)
 
 
 def test_the_top_layer_is_taken_in_part_anywhere_or_from_one_side() -> None:
@@ -116,7 +107,6 @@ def test_jitter_that_cannot_fit_is_an_error() -> None:
     [
         ("gap_mm", 0.0),
         ("top_layer_fraction", Distribution.constant(1.5)),
-        ("layer_shift_mm", Distribution.constant(50.0)),
         ("half_turn_fraction", 2.0),
     ],
 )

@@ -17,6 +17,8 @@ _BACK = 1.6
 """Distance between the middles of the two conveyors (m)."""
 _LINE = 0.35
 """Distance of the line that keeps people off from the conveyor (m)."""
+_HEADROOM = 2.0
+"""Height that a load may take, pallet included (m)."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,6 @@ class ConveyorPickupConfig(Layout):
     """Segments of 2.4 m, 1-12."""
     pitch: Annotated[float, Range(1.3, 4, "m")] = 1.6
     """Distance from load to load (m), 1.3-4."""
-    headroom: Annotated[float, Range(0.6, 2.5, "m")] = 2.0
-    """Height that a load may take, pallet included (m), 0.6-2.5."""
     carton_line: bool = True
     """Whether a conveyor for cartons runs behind."""
     carton_fill: Fraction = 0.0
@@ -64,7 +64,7 @@ class ConveyorPickupConfig(Layout):
         count = int((self.length - 1.3) / self.pitch) + 1
         height = CONVEYORS[_PALLETS].height
         places = [np.array([(index - (count - 1) / 2) * self.pitch, y, height]) for index in range(count)]
-        slots = [Slot(T_world_side @ make_transform(translation=at), self.headroom, first_bay) for at in places]
+        slots = [Slot(T_world_side @ make_transform(translation=at), _HEADROOM, first_bay) for at in places]
         return Side(slots=slots, strips=self._carton_strips(T_world_side, y + _BACK))
 
     def _carton_strips(self, T_world_side: Transform, y: float) -> list[Strip]:

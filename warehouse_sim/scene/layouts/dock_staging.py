@@ -19,6 +19,8 @@ _TRAILER_RISE = 0.005
 """How far a trailer's floor lies above the hall's (m), so that they do not share a plane."""
 _LIP_ON_TRAILER = 0.15
 """How far the leveller's lip lies on a trailer's floor (m)."""
+_STACK_HEIGHT = 2.6
+"""Height that a stack may take (m)."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,6 @@ class DockStagingConfig(Layout):
     """Distance from load to load in a lane (m), 0.9-2."""
     apron: Annotated[float, Range(3.2, 8, "m")] = 4.0
     """Free floor between the lanes and the doors (m), 3.2-8: the levellers, and room to turn."""
-    clear_height: Annotated[float, Range(1, 5, "m")] = 2.6
-    """Height that a stack may take (m), 1-5."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -91,9 +91,7 @@ class DockStagingConfig(Layout):
             middles = [x + (i - (self.lanes_per_door - 1) / 2) * self.lane_width for i in range(self.lanes_per_door)]
             for edge in [middles[0] - self.lane_width / 2, *(middle + self.lane_width / 2 for middle in middles)]:
                 mark_line(draft, T_world_side, (edge, 0.0), self.lane_depth * self.pitch, "y", "yellow")
-            lanes += floor_lanes(
-                T_world_side, middles, self.lane_depth, (self.pitch, self.lane_width), self.clear_height
-            )
+            lanes += floor_lanes(T_world_side, middles, self.lane_depth, (self.pitch, self.lane_width), _STACK_HEIGHT)
         return Side(lanes=lanes)
 
     def _add_door(self, draft: SceneDraft, T_world_side: Transform, x: float, is_open: bool, has_trailer: bool) -> None:

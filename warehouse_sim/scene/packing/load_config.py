@@ -24,6 +24,9 @@ from warehouse_sim.schema import ObjectModel
 BULK_PALLETS = ("epal3", "epal2")
 """Pallets of 1,200 x 1,000 mm for carriers that fit none of the recipe's."""
 
+_STAMPS = Distribution.uniform(0.4, 1.0)
+"""Fraction of a worn pallet's brands and stencils that can still be read."""
+
 
 @dataclass(frozen=True)
 @ranged
@@ -42,12 +45,11 @@ class WearRange:
     """Fraction of the blocks that are turned, 0-1."""
     stains: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.5))
     """Fraction of the deck boards with stains, 0-1."""
-    stamps: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
-    """Fraction of the brands and stencils that can still be read, 0-1."""
 
     def sampled(self, rng: np.random.Generator) -> WearConfig:
         """Return the wear of one pallet."""
-        return WearConfig(**{item.name: getattr(self, item.name).sample(rng) for item in fields(self)})
+        drawn = {item.name: getattr(self, item.name).sample(rng) for item in fields(self)}
+        return WearConfig(**drawn, stamps=_STAMPS.sample(rng))
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,6 @@ class UnitLoadConfig:
     """Height of the load on a pallet (m), cut to whole layers, at least one, 0.05-5; the beam above limits it too."""
     max_cartons: Annotated[int, Range(1, 1000)] = 24
     """Most pieces on one pallet, 1-1,000; whole layers are left out to keep it, but never the first."""
-    overhang_mm: Annotated[Distribution, Range(-100, 60, "mm")] = field(default=Distribution.constant(0.0))
-    """How far cells may stand out over each edge of the pallet (mm), -100 to 60; gaps and shifts come on top."""
     stacking: StackingConfig = field(default_factory=StackingConfig)
     """How carefully pieces are stacked."""
     wrap_fraction: Fraction = 0.0

@@ -31,8 +31,6 @@ class StackingConfig:
     """How far a piece stands off its cell, along each axis (mm), -50 to 50."""
     yaw_deg: Annotated[Distribution, Range(-45, 45, "deg")] = field(default=Distribution.normal(0.0, 0.4, -1.5, 1.5))
     """How far a piece is turned about the vertical (deg), -45 to 45."""
-    layer_shift_mm: Annotated[Distribution, Range(-30, 30, "mm")] = field(default=Distribution.constant(0.0))
-    """How far a layer stands off the one below it, along each axis (mm), -30 to 30; a stack leans by their sum."""
     top_layer_fraction: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.4, 1.0))
     """Fraction of the top layer's cells that are taken, 0-1; at least one cell is."""
     top_layer_order: Literal["scattered", "rows"] = "scattered"
@@ -65,14 +63,12 @@ def stack_tiers(tiers: Sequence[Tier], config: StackingConfig, rng: np.random.Ge
         PlacementError: A piece cannot be shifted and turned without touching its neighbours.
     """
     poses: list[list[Transform]] = []
-    offset, floor = np.zeros(2), 0.0
+    floor = 0.0
     for number, tier in enumerate(tiers):
         cells = tier.cells
         if number == len(tiers) - 1:
             cells = _part_of(cells, config, rng)
-        if number > 0:
-            offset = offset + np.array([config.layer_shift_mm.sample(rng), config.layer_shift_mm.sample(rng)]) / 1000
-        centres = np.column_stack([cells.centres + offset, np.full(len(cells), floor + tier.size[2] / 2 + AIR)])
+        centres = np.column_stack([cells.centres, np.full(len(cells), floor + tier.size[2] / 2 + AIR)])
         poses.append(_place_layer(centres, cells.turned, tier, config, rng))
         floor += tier.size[2] + AIR
     return poses
