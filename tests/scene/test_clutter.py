@@ -6,23 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution, sample_scene
 from warehouse_sim.scene.clutter import ClutterConfig, add_clutter, clutter_shelves
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import Layout, build_site
+from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.layouts.small_parts import SmallPartsConfig
 from warehouse_sim.scene.resting import drop_to_rest
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_all_stand_on_the_floor_and_clear_of_everything(seed: int) -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(guards=True), HallConfig(), np.random.default_rng(0))
+    draft, site = built(RackAisleConfig(guards=True))
     before, others = len(draft.instances), draft.solids()
     add_clutter(draft, ClutterConfig(Distribution.constant(30)), site.aisle, np.random.default_rng(seed))
     added = draft.instances[before:]
@@ -65,8 +64,7 @@ SHELVES: tuple[Layout, ...] = (
 
 @pytest.mark.parametrize("layout", SHELVES, ids=lambda layout: layout.kind)
 def test_clutter_on_shelves_rests_there_and_touches_nothing_else(layout: Layout) -> None:
-    draft = SceneDraft()
-    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, site = built(layout)
     before = len(draft.instances)
     config = ClutterConfig(on_shelves=Distribution.constant(12))
     clutter_shelves(draft, config, site.strips, np.random.default_rng(1))
@@ -81,11 +79,3 @@ def test_clutter_on_shelves_rests_there_and_touches_nothing_else(layout: Layout)
         pairs = solids.boxes.subset(mine).pairs(solids.boxes.subset(near), 0.0)
         deep = solids.boxes.subset(mine).separation(solids.boxes.subset(near), pairs).distance
         assert deep.min(initial=0.0) > -1e-6
-
-
-def test_no_clutter_on_shelves_unless_requested_for() -> None:
-    draft = SceneDraft()
-    site = build_site(draft, SHELVES[0], HallConfig(), np.random.default_rng(0))
-    before = len(draft.instances)
-    clutter_shelves(draft, ClutterConfig(), site.strips, np.random.default_rng(1))
-    assert len(draft.instances) == before

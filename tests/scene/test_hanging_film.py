@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.hanging_film import hang_film
 from warehouse_sim.scene.layouts.hall import HallConfig
@@ -32,8 +33,7 @@ def test_film_hangs_on_the_aisles_side_of_loads_on_beams_and_over_the_floor() ->
 
 
 def test_nothing_to_hang_from_is_no_error() -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
+    draft, site = built(RackAisleConfig())
     before = len(draft.instances)
     hang_film(draft, 3, site.aisle, np.random.default_rng(0))
     assert len(draft.instances) == before

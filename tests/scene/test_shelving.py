@@ -2,19 +2,18 @@ from itertools import pairwise
 
 import numpy as np
 
+from tests.scene.sites import built
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.shelving import ShelvingConfig, fill_rack
 from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.schema import ObjectInstance
 
 
 def filled(seed: int, **settings: float) -> SceneDraft:
-    draft = SceneDraft()
-    slots = build_site(draft, RackAisleConfig(bays=3, sides="both"), HallConfig(), np.random.default_rng(0)).slots
+    draft, site = built(RackAisleConfig(bays=3, sides="both"))
+    slots = site.slots
     config = ShelvingConfig(**settings)  # type: ignore[arg-type]
     fill_rack(draft, slots, config, UnitLoadConfig(), np.random.default_rng(seed))
     return draft

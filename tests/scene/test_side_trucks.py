@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tests.scene.sites import built
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import SceneDraft
@@ -25,8 +26,7 @@ def test_side_aisles_lie_between_the_rows_behind() -> None:
 def test_trucks_stand_in_side_aisles_and_touch_no_rack() -> None:
     layout = RackAisleConfig(bays=5, rows_behind=2, aisle_width=3.0, truck="reach")
     config = TrafficConfig(side_trucks=Distribution.constant(3), truck_kinds=("reach", "stacker"))
-    draft = SceneDraft()
-    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, site = built(layout)
     before, racks = len(draft.instances), draft.solids().boxes
     add_side_trucks(draft, config, UnitLoadConfig(), site.side_aisles, np.random.default_rng(1))
     added = draft.instances[before:]
@@ -37,11 +37,3 @@ def test_trucks_stand_in_side_aisles_and_touch_no_rack() -> None:
         assert all(site.side_aisles[0].contains(corner) for corner in box.corners())
         for solid in draft.models[item.model].collision:
             assert racks.subset(racks.centre[:, 2] > 0.0).clear_of(solid.placed(item.T_world_object), 0.05)
-
-
-def test_none_by_default() -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(rows_behind=2, aisle_width=3.0), HallConfig(), np.random.default_rng(0))
-    before = len(draft.instances)
-    add_side_trucks(draft, TrafficConfig(), UnitLoadConfig(), site.side_aisles, np.random.default_rng(1))
-    assert len(draft.instances) == before

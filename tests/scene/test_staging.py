@@ -30,13 +30,6 @@ def test_loads_keep_their_distance_and_head_everywhere() -> None:
     assert counts.min() > 0
 
 
-def test_no_load_is_a_valid_count() -> None:
-    draft = SceneDraft()
-    config = StagingConfig(count=Distribution.constant(0))
-    stage_loads(draft, config, UnitLoadConfig(), Area(-1, 1, -2, 0), np.random.default_rng(0))
-    assert draft.instances == []
-
-
 def test_loads_keep_clear_of_what_is_fixed_on_the_floor() -> None:
     for seed in range(8):
         draft = SceneDraft()

@@ -3,14 +3,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.traffic import TrafficConfig, add_traffic
 from warehouse_sim.scene.trucks_at_work import CLEARANCE
 
@@ -25,8 +24,7 @@ BUSY = TrafficConfig(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_everything_requested_for_stands_on_the_floor_clear_of_all_else(seed: int) -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
+    draft, site = built(RackAisleConfig())
     before = len(draft.instances)
     add_traffic(draft, BUSY, ["carton_400x300x200"], site.aisle, np.random.default_rng(seed))
     added = draft.instances[before:]

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.catalog.traffic.working import WORKING
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.traffic import TrafficConfig
 from warehouse_sim.scene.trucks_at_work import KINDS, Crew, add_trucks_at_work, sample_crew
 from warehouse_sim.scene.unit_load import UnitLoadConfig
@@ -67,8 +66,7 @@ def test_drivers_are_within_reach_of_the_truck(kind: str) -> None:
 
 
 def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
+    draft, site = built(RackAisleConfig())
     before = len(draft.instances)
     rng = np.random.default_rng(3)
     add_trucks_at_work(draft, 4, tuple(KINDS), 0.8, UnitLoadConfig(), site.aisle, rng)

@@ -82,12 +82,6 @@ def test_loads_stand_when_let_go(seed: int) -> None:
     assert report.max_drift < 0.01
 
 
-def test_the_same_stream_gives_the_same_load() -> None:
-    one, two = rich(5), rich(5)
-    assert [model.name for model, _ in one.pieces] == [model.name for model, _ in two.pieces]
-    np.testing.assert_array_equal([T for _, T in one.pieces], [T for _, T in two.pieces])
-
-
 @pytest.mark.parametrize("fraction", ["damaged_fraction", "slip_sheet_fraction", "tote_fraction", "mixed_fraction"])
 def test_what_never_happens_uses_up_nothing_of_the_stream(fraction: str) -> None:
     """A fraction that is as good as zero asks the stream, which moves all that is sampled later."""

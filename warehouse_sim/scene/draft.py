@@ -11,6 +11,10 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, ObjectModel
 
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""Rotations about the vertical."""
+
 
 @dataclass(frozen=True)
 class Area:

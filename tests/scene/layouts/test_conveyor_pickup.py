@@ -1,5 +1,6 @@
 import numpy as np
 
+from tests.scene.sites import built
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.conveyor_pickup import ConveyorPickupConfig
@@ -22,8 +23,7 @@ def test_loads_lie_lengthwise_on_the_rollers_and_keep_their_distance() -> None:
 
 
 def test_segments_join_and_stand_on_the_floor() -> None:
-    draft = SceneDraft()
-    build_site(draft, ConveyorPickupConfig(segments=5), HallConfig(), np.random.default_rng(0))
+    draft, _ = built(ConveyorPickupConfig(segments=5))
     for name, count in (("pallet_conveyor", 5), ("roller_conveyor", 6)):
         items = [item for item in draft.instances if item.model == name]
         x = np.sort([item.T_world_object[0, 3] for item in items])

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.scene.draft import SceneDraft
+from tests.scene.sites import built
 from warehouse_sim.scene.layouts.cantilever import CantileverConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.mezzanine import MezzanineConfig
-from warehouse_sim.scene.layouts.site import Layout, build_site
+from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.layouts.small_parts import SmallPartsConfig
 from warehouse_sim.scene.resting import drop_to_rest
 
@@ -22,8 +21,7 @@ LAYOUTS: tuple[Layout, ...] = (
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.kind)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_goods_rest_on_what_is_under_them(layout: Layout, seed: int) -> None:
-    draft = SceneDraft()
-    build_site(draft, layout, HallConfig(), np.random.default_rng(seed))
+    draft, _ = built(layout, seed)
     solids = draft.solids()
     goods = [item for item in draft.instances if draft.models[item.model].class_name in GOODS]
     assert len(goods) > 20
@@ -36,8 +34,7 @@ def test_goods_rest_on_what_is_under_them(layout: Layout, seed: int) -> None:
 
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.kind)
 def test_nothing_is_inside_something_else(layout: Layout) -> None:
-    draft = SceneDraft()
-    build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, _ = built(layout)
     solids = draft.solids()
     kind = {item.instance_id: draft.models[item.model].class_name for item in draft.instances}
     pairs = solids.boxes.pairs(solids.boxes)
@@ -49,8 +46,7 @@ def test_nothing_is_inside_something_else(layout: Layout) -> None:
 
 
 def test_long_goods_lie_on_two_arms_or_more() -> None:
-    draft = SceneDraft()
-    build_site(draft, LAYOUTS[0], HallConfig(), np.random.default_rng(2))
+    draft, _ = built(LAYOUTS[0], 2)
     arms = [item.T_world_object[0, 3] for item in draft.instances if item.model.startswith("cantilever_column")]
     for item in draft.instances:
         model = draft.models[item.model]

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
@@ -93,8 +94,8 @@ def test_tolerances_move_frames_and_beams_within_en_15620_and_slots_follow_the_b
     draft, slots = build(bays=4, beams="step", mesh_decks=True, tolerances=True)
     assert [item.model for item in draft.instances] == [item.model for item in exact.instances]
     moved = 0
-    for sampled, built in zip(exact.instances, draft.instances, strict=True):
-        way = np.abs(built.T_world_object - sampled.T_world_object)
+    for sampled, made in zip(exact.instances, draft.instances, strict=True):
+        way = np.abs(made.T_world_object - sampled.T_world_object)
         if sampled.model.startswith(("rack_frame", "step_beam")):
             moved += bool(way.max() > 1e-6)
             assert way[:3, 3].max() < 0.02
@@ -134,8 +135,7 @@ def test_equal_levels_hang_at_the_holes_and_end_under_the_trusses() -> None:
 def test_racks_behind_stand_back_to_back_with_a_flue_and_aisles_between(rows: int, depth: float) -> None:
     layout = RackAisleConfig(bays=2, rows_behind=rows, aisle_width=3.0, sides="both", truck="reach")
     assert layout.depth == pytest.approx(depth)
-    draft = SceneDraft()
-    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, site = built(layout)
     frames = [item for item in draft.instances if item.model.startswith("rack_frame")]
     y = sorted({round(float(item.T_world_object[1, 3]) - 0.55, 3) for item in frames if item.T_world_object[1, 3] > 0})
     np.testing.assert_allclose(y, [0.0, 1.4, 5.5, 6.9][: rows + 1])

@@ -3,6 +3,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks
@@ -16,8 +17,7 @@ def test_every_kind_reads_back_and_builds_places_outside_the_aisle(kind: str) ->
     layout = Layout.from_plain({"kind": kind}, "here")
     assert type(layout) is Layout.kinds[kind]
     assert Layout.from_plain(layout.to_plain(), "here") == layout
-    draft = SceneDraft()
-    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, site = built(layout)
     places = [slot.T_world_slot for slot in site.slots] + [T for lane in site.lanes for T in lane.T_world_places]
     assert bool(places) == (kind not in ("cantilever", "small_parts", "mezzanine"))
     assert site.aisle == aisle_area(layout)
@@ -50,8 +50,7 @@ def test_bad_layouts_name_the_place(plain: Any, message: str) -> None:
 
 
 def test_a_mixed_aisle_has_the_front_before_it_and_the_back_behind() -> None:
-    draft = SceneDraft()
-    site = build_site(draft, MixedConfig(aisle_width=6.0), HallConfig(), np.random.default_rng(0))
+    _, site = built(MixedConfig(aisle_width=6.0))
     assert min(slot.T_world_slot[1, 3] for slot in site.slots) > 0.0
     assert max(T[1, 3] for lane in site.lanes for T in lane.T_world_places) < -6.0
 

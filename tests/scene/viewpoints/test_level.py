@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
-from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
+from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import SceneSpec
@@ -94,7 +93,6 @@ def test_the_share_of_views_at_the_aisles_loads_is_kept(fraction: float, low: in
 
 
 def test_a_scene_without_targets_is_an_error() -> None:
-    draft = SceneDraft()
-    build_site(draft, RackAisleConfig(), HallConfig(), np.random.default_rng(0))
+    draft, _ = built(RackAisleConfig())
     with pytest.raises(PlacementError, match="no object of the scene is of a target class"):
         choose_viewpoints(draft, ("pallet",), 1, ViewpointsConfig(), Area(-5, 5, -9, 0), np.random.default_rng(0))

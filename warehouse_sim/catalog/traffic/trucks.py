@@ -1,4 +1,4 @@
-"""Industrial trucks: hand pallet truck, counterbalance truck, reach truck.
+"""Industrial trucks, parked and at work: counterbalance truck, reach truck; the plain hand pallet truck.
 
 Measures are usual values of makers' type sheets (form VDI 2198), no single model's: for a 1.6 t electric counterbalance
 truck 1.99 m to the forks' faces (l2), 1.09 m wide (b1), mast lowered 2.15 m (h1), guard 2.04 m (h6); for a 1.4 t reach
@@ -6,10 +6,23 @@ truck 1.27 m wide, mast lowered 2.80 m, guard 2.19 m; for a hand pallet truck 11
 lowered, handle 1.23 m high. Forks point to +x.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
-from warehouse_sim.catalog.traffic.shapes import assembled, limb_box, rod, side_profile, tube, wheel
+from warehouse_sim.catalog.traffic.shapes import (
+    Outline,
+    assembled,
+    body,
+    limb_box,
+    rod,
+    round_wheel,
+    side_profile,
+    tube,
+    wheel,
+)
 from warehouse_sim.catalog.traffic.truck_pieces import (
     FORK_LENGTH,
     FORK_SPREAD,
@@ -37,62 +50,109 @@ REACH_WIDTH, REACH_LENGTH, REACH_HEIGHT = 1.27, 1.30 + FORK_LENGTH, 2.80
 JACK_LOWERED, JACK_FORK, JACK_SPREAD = 0.085, 0.16, 0.38
 """Height of the lowered forks, width of one, distance of their middles (m) of the hand pallet truck."""
 
+COUNTERBALANCE_TOP, REACH_TOP = 0.26, 0.42
+"""Top of the blades over the floor at work (m); a reach truck carries loads over its wheel arms."""
 _FORK_TOP = 0.10
 
 
 def forklift(name: str = "forklift") -> ObjectModel:
     """Build the counterbalance truck, parked with its forks 60 mm above the floor."""
-    parts: list[Part] = [*fork_pair(_FORK_TOP), *carriage(_FORK_TOP, 1.0)]
-    parts += mast(Mast(FORKLIFT_HEIGHT, 0.74, -0.11, 2))
+    return assembled(name, "forklift", 177, _counterbalance(_PARKED, _FORK_TOP), _forklift_solids(), 3100.0)
+
+
+def counterbalance_parts() -> list[Part]:
+    """Return the counterbalance truck at work: finely divided, lower in the seat, with towing pin and tail lights."""
+    return _counterbalance(_AT_WORK, COUNTERBALANCE_TOP)
+
+
+@dataclass(frozen=True)
+class _Counterbalance:
+    """In what the plain counterbalance truck and the fine one differ; outlines are side views (x, z), lengths in m."""
+
+    cowl: Outline
+    hood: Outline
+    weight: Outline
+    weight_width: float
+    fender: Outline
+    flank: Outline
+    flank_place: tuple[float, float]
+    """Width of a flank and y of its middle."""
+    seat: tuple[float, float]
+    steering: tuple[float, float]
+    """x and z of the steering wheel."""
+    fine: bool
+
+
+_PARKED = _Counterbalance(
+    cowl=((-0.52, 0.40), (-0.30, 0.40), (-0.34, 0.92), (-0.44, 1.04), (-0.60, 1.04), (-0.56, 0.60)),
+    hood=((-1.46, 0.44), (-0.90, 0.44), (-0.94, 0.94), (-1.00, 0.98), (-1.46, 0.98)),
+    weight=(
+        *((-1.90, 0.20), (-1.50, 0.20), (-1.50, 0.40), (-1.56, 0.98), (-1.80, 0.98)),
+        *((-1.93, 0.88), (-1.99, 0.62), (-1.98, 0.32)),
+    ),
+    weight_width=0.66,
+    fender=((-0.80, 0.44), (-0.20, 0.44), (-0.20, 0.52), (-0.72, 0.54), (-0.80, 0.50)),
+    flank=((-1.90, 0.44), (-1.42, 0.44), (-1.42, 0.98), (-1.80, 0.98), (-1.90, 0.88)),
+    flank_place=(0.17, 0.41),
+    seat=(-0.98, 0.97),
+    steering=(-0.72, 1.20),
+    fine=False,
+)
+_AT_WORK = _Counterbalance(
+    cowl=((-0.52, 0.40), (-0.30, 0.40), (-0.34, 0.92), (-0.44, 1.02), (-0.60, 1.02), (-0.54, 0.60)),
+    hood=((-1.56, 0.44), (-0.96, 0.44), (-0.98, 0.70), (-1.06, 0.78), (-1.56, 0.78)),
+    weight=(
+        *((-1.90, 0.20), (-1.50, 0.20), (-1.50, 0.44), (-1.52, 0.98), (-1.80, 0.98)),
+        *((-1.93, 0.88), (-1.99, 0.62), (-1.98, 0.32)),
+    ),
+    weight_width=0.70,
+    fender=(
+        *((-0.82, 0.40), (-0.76, 0.40), (-0.72, 0.50), (-0.26, 0.50)),
+        *((-0.22, 0.44), (-0.18, 0.44), (-0.18, 0.55), (-0.76, 0.55)),
+    ),
+    flank=((-1.92, 0.44), (-1.42, 0.44), (-1.46, 0.98), (-1.78, 0.98), (-1.92, 0.86)),
+    flank_place=(0.20, 0.42),
+    seat=(-1.00, 0.76),
+    steering=(-0.74, 1.14),
+    fine=True,
+)
+
+
+def _counterbalance(shape: _Counterbalance, top: float) -> list[Part]:
+    """Return the counterbalance truck whose blades have their top at ``top`` (m)."""
+    solid, rolling = _style(shape.fine)
+    parts: list[Part] = [*fork_pair(top), *carriage(top, 1.0), *mast(Mast(FORKLIFT_HEIGHT, 0.74, -0.11, 2))]
     for side in (-1.0, 1.0):
-        parts += wheel((-0.47, side * 0.445, 0.23), 0.46, 0.188)
-        parts += wheel((-1.66, side * 0.42, 0.205), 0.41, 0.15)
-    parts += _forklift_body()
-    posts = [((-0.42, 0.47, 0.55), (-0.66, 0.44, 2.0)), ((-1.72, 0.43, 0.98), (-1.50, 0.42, 2.0))]
-    parts += overhead_guard(posts, (-1.53, -0.62, 0.42, 0.44), 2.04, "mast_black")
-    parts += seat(-0.98, 0.97) + steering((-0.52, 0.0, 0.60), (-0.72, 0.0, 1.20))
-    parts += headlights(-0.44, 0.43, 1.36) + beacon(-1.45, -0.25, 2.03)
-    return assembled(name, "forklift", 177, parts, _forklift_solids(), 3100.0)
-
-
-def _forklift_body() -> list[Part]:
-    """Return frame, wheel arches, cowl, battery hood and counterweight."""
+        parts += rolling((-0.47, side * 0.445, 0.23), 0.46, 0.188)
+        parts += rolling((-1.66, side * 0.42, 0.205), 0.41, 0.15)
     frame = ((-1.75, 0.14), (-0.30, 0.14), (-0.30, 0.42), (-0.75, 0.46), (-1.75, 0.46))
-    cowl = ((-0.52, 0.40), (-0.30, 0.40), (-0.34, 0.92), (-0.44, 1.04), (-0.60, 1.04), (-0.56, 0.60))
-    hood = ((-1.46, 0.44), (-0.90, 0.44), (-0.94, 0.94), (-1.00, 0.98), (-1.46, 0.98))
-    weight = (
-        (-1.90, 0.20),
-        (-1.50, 0.20),
-        (-1.50, 0.40),
-        (-1.56, 0.98),
-        (-1.80, 0.98),
-        (-1.93, 0.88),
-        (-1.99, 0.62),
-        (-1.98, 0.32),
-    )
-    arch = ((-0.80, 0.44), (-0.20, 0.44), (-0.20, 0.52), (-0.72, 0.54), (-0.80, 0.50))
-    parts = [
-        side_profile(frame, 0.68, "truck_grey"),
-        side_profile(cowl, 0.86, "truck_grey"),
-        side_profile(hood, 1.00, "truck_orange"),
-        side_profile(weight, 0.66, "truck_grey"),
+    parts += [
+        solid(frame, 0.68, "truck_grey", 0.0, 0.03),
+        solid(shape.cowl, 0.86, "truck_grey", 0.0, 0.07),
+        solid(shape.hood, 1.00, "truck_orange", 0.0, 0.06),
+        solid(shape.weight, shape.weight_width, "truck_grey", 0.0, 0.12),
         box_part((0.50, 0.90, 0.03), (-0.78, 0.0, 0.475), "rubber"),
     ]
+    if shape.fine:
+        parts.append(box_part((0.10, 0.10, 0.10), (-1.96, 0.0, 0.45), "mast_black"))  # towing pin
+    width, y = shape.flank_place
     for side in (-1.0, 1.0):
-        parts.append(side_profile(arch, 0.21, "truck_orange", side * 0.44))
-        # The weight's flanks above the rear wheels, and the step between the axles.
-        flank = ((-1.90, 0.44), (-1.42, 0.44), (-1.42, 0.98), (-1.80, 0.98), (-1.90, 0.88))
-        parts.append(side_profile(flank, 0.17, "truck_grey", side * 0.41))
+        # Fender, the weight's flank above the rear wheel, and the step between the axles.
+        parts.append(solid(shape.fender, 0.21, "truck_orange", side * 0.44, 0.05))
+        parts.append(solid(shape.flank, width, "truck_grey", side * y, 0.09))
         parts.append(box_part((0.46, 0.20, 0.05), (-1.06, side * 0.42, 0.24), "truck_grey"))
         parts.append(box_part((0.46, 0.03, 0.24), (-1.06, side * 0.33, 0.34), "truck_orange"))
-    return parts
+        if shape.fine:
+            parts.append(box_part((0.02, 0.14, 0.07), (-1.925, side * 0.36, 0.80), "print_red"))  # tail lights
+    posts = [((-0.42, 0.47, 0.55), (-0.66, 0.44, 2.0)), ((-1.72, 0.43, 0.98), (-1.50, 0.42, 2.0))]
+    parts += overhead_guard(posts, (-1.53, -0.62, 0.42, 0.44), 2.04, "mast_black")
+    parts += seat(*shape.seat) + steering((-0.52, 0.0, 0.60), (shape.steering[0], 0.0, shape.steering[1]))
+    return parts + headlights(-0.44, 0.43, 1.36) + beacon(-1.45, -0.25, 2.03)
 
 
 def _forklift_solids() -> list[OrientedBox]:
-    solids = fork_solids(_FORK_TOP)
-    solids += [
-        solid_box((0.08, 1.0, 1.15), (-0.04, 0.0, _FORK_TOP + 0.595)),
-        solid_box((0.16, 0.74, FORKLIFT_HEIGHT - 0.06), (-0.16, 0.0, (FORKLIFT_HEIGHT + 0.06) / 2)),
+    return [
+        *_mast_solids(_FORK_TOP),
         solid_box((1.79, 1.09, 0.54), (-1.095, 0.0, 0.27)),
         solid_box((0.32, 0.90, 0.65), (-0.46, 0.0, 0.80)),
         solid_box((1.09, 1.0, 0.5), (-1.445, 0.0, 0.73)),
@@ -100,7 +160,38 @@ def _forklift_solids() -> list[OrientedBox]:
         solid_box((1.0, 0.94, 0.08), (-1.07, 0.0, 2.0)),
         solid_box((0.38, 0.36, 0.66), (-0.70, 0.0, 0.96)),
         solid_box((0.12, 0.12, 0.11), (-1.45, -0.25, 2.08)),
+        *_guard_solids(),
     ]
+
+
+def counterbalance_solids() -> list[OrientedBox]:
+    """Return the collision boxes of the counterbalance truck at work."""
+    return [
+        *_mast_solids(COUNTERBALANCE_TOP),
+        solid_box((1.83, 1.09, 0.55), (-1.095, 0.0, 0.275)),
+        solid_box((0.32, 0.90, 0.65), (-0.46, 0.0, 0.72)),
+        solid_box((1.09, 1.04, 0.55), (-1.465, 0.0, 0.71)),
+        solid_box((0.60, 0.60, 0.66), (-1.29, 0.0, 1.10)),
+        solid_box((1.0, 0.94, 0.08), (-1.07, 0.0, 2.0)),
+        solid_box((0.40, 0.36, 0.66), (-0.72, 0.0, 0.92)),
+        solid_box((0.12, 0.12, 0.11), (-1.45, -0.25, 2.08)),
+        solid_box((0.14, 0.12, 0.12), (-1.95, 0.0, 0.45)),
+        *_guard_solids(),
+    ]
+
+
+def _mast_solids(top: float) -> list[OrientedBox]:
+    """Return the boxes of forks, carriage and mast of the counterbalance truck."""
+    return [
+        *fork_solids(top),
+        solid_box((0.08, 1.0, 1.15), (-0.04, 0.0, top + 0.595)),
+        solid_box((0.16, 0.74, FORKLIFT_HEIGHT - 0.06), (-0.16, 0.0, (FORKLIFT_HEIGHT + 0.06) / 2)),
+    ]
+
+
+def _guard_solids() -> list[OrientedBox]:
+    """Return the boxes of its guard's posts and of its headlights."""
+    solids = []
     for side in (-1.0, 1.0):
         solids.append(limb_box((-0.42, side * 0.47, 0.55), (-0.66, side * 0.44, 2.0), 0.04))
         solids.append(limb_box((-1.72, side * 0.43, 0.98), (-1.50, side * 0.42, 2.0), 0.04))
@@ -111,29 +202,48 @@ def _forklift_solids() -> list[OrientedBox]:
 def reach_truck(name: str = "reach_truck") -> ObjectModel:
     """Build the reach truck with its mast drawn in: the driver sits sideways between the mast and the rear."""
     top = 0.30  # the blades lie above the wheel arms
+    return assembled(name, "forklift", 178, _reach(top, fine=False), _reach_solids(top), 3300.0)
+
+
+def reach_parts() -> list[Part]:
+    """Return the reach truck at work, finely divided, with its forks over the wheel arms and a display."""
+    return _reach(REACH_TOP, fine=True)
+
+
+def _reach(top: float, fine: bool) -> list[Part]:
+    """Return the reach truck whose blades have their top at ``top`` (m)."""
+    solid, rolling = _style(fine)
     parts: list[Part] = [*fork_pair(top), *carriage(top, 0.8), *mast(Mast(REACH_HEIGHT, 0.74, -0.11, 3))]
     arm = ((-0.70, 0.06), (0.50, 0.06), (0.55, 0.12), (0.55, 0.17), (0.20, 0.22), (-0.70, 0.30))
-    body = ((-1.30, 0.10), (-0.34, 0.10), (-0.34, 0.98), (-0.62, 0.98), (-0.66, 0.42), (-1.30, 0.42))
-    rear = ((-1.30, 0.40), (-1.06, 0.40), (-1.02, 1.02), (-1.10, 1.12), (-1.30, 1.06))
+    hull = ((-1.30, 0.10), (-0.34, 0.10), (-0.34, 0.98), (-0.62, 0.98), (-0.66, 0.42), (-1.30, 0.42))
+    back = -1.32 if fine else -1.30
+    rear = ((back, 0.40), (-1.06, 0.40), (-1.02, 1.02), (-1.10, 1.12), (back, 1.06))
     for side in (-1.0, 1.0):
-        parts.append(side_profile(arm, 0.13, "truck_red", side * (REACH_WIDTH - 0.13) / 2))
-        parts += wheel((0.32, side * (REACH_WIDTH / 2 - 0.185), 0.1425), 0.285, 0.10)
+        parts.append(solid(arm, 0.13, "truck_red", side * (REACH_WIDTH - 0.13) / 2, 0.05))
+        parts += rolling((0.32, side * (REACH_WIDTH / 2 - 0.185), 0.1425), 0.285, 0.10)
     parts += [
-        side_profile(body, REACH_WIDTH - 0.02, "truck_red"),
-        side_profile(rear, REACH_WIDTH - 0.02, "truck_grey"),
+        solid(hull, REACH_WIDTH - 0.02, "truck_red", 0.0, 0.06),
+        solid(rear, REACH_WIDTH - 0.02, "truck_grey", 0.0, 0.10),
         box_part((0.26, REACH_WIDTH - 0.06, 0.40), (-0.49, 0.0, 0.70), "truck_grey"),
         box_part((0.40, 0.5, 0.42), (-0.86, 0.34, 0.62), "truck_grey"),
         box_part((0.20, 0.34, 0.16), (-0.55, -0.35, 1.06), "truck_grey"),
     ]
-    parts += wheel((-1.05, 0.30, 0.17), 0.34, 0.12)
-    parts += sideways_seat()
+    if fine:
+        parts.append(box_part((0.02, 0.22, 0.15), (-0.66, -0.05, 1.10), "guard_black"))  # display
+    parts += rolling((-1.05, 0.30, 0.17), 0.34, 0.12) + _sideways_seat()
     posts = [((-0.38, 0.58, 0.90), (-0.42, 0.50, 2.15)), ((-1.24, 0.58, 1.0), (-1.20, 0.50, 2.15))]
     parts += overhead_guard(posts, (-1.20, -0.42, 0.50, 0.50), 2.19, "mast_black")
-    parts += steering((-0.62, -0.30, 0.90), (-0.72, -0.30, 1.16)) + beacon(-1.10, 0.30, 2.18)
-    return assembled(name, "forklift", 178, parts, reach_solids(top), 3300.0)
+    return parts + steering((-0.62, -0.30, 0.90), (-0.72, -0.30, 1.16)) + beacon(-1.10, 0.30, 2.18)
 
 
-def sideways_seat() -> list[Part]:
+def _style(fine: bool) -> tuple[Callable[[Outline, float, str, float, float], Part], Callable[..., list[Part]]]:
+    """Return what makes bodies of side views, with rounded corners where finely divided, and what makes wheels."""
+    if fine:
+        return body, round_wheel
+    return lambda outline, width, material, y, _: side_profile(outline, width, material, y), wheel
+
+
+def _sideways_seat() -> list[Part]:
     """Return the seat of the reach truck: its back to the left side, looking to the right."""
     cushion, back = superellipsoid(5.0, 3.5, 24, 8), superellipsoid(4.0, 3.5, 24, 8)
     return [
@@ -142,7 +252,7 @@ def sideways_seat() -> list[Part]:
     ]
 
 
-def reach_solids(top: float) -> list[OrientedBox]:
+def _reach_solids(top: float) -> list[OrientedBox]:
     """Return the collision boxes of the reach truck whose blades have their top at ``top`` (m)."""
     solids = fork_solids(top)
     solids += [
@@ -162,6 +272,11 @@ def reach_solids(top: float) -> list[OrientedBox]:
         for x, head in ((-0.38, -0.42), (-1.24, -1.20)):
             solids.append(limb_box((x, side * 0.58, 0.90), (head, side * 0.50, 2.15), 0.04))
     return solids
+
+
+def reach_truck_solids() -> list[OrientedBox]:
+    """Return the collision boxes of the reach truck at work, its display included."""
+    return [*_reach_solids(REACH_TOP), solid_box((0.04, 0.24, 0.17), (-0.66, -0.05, 1.10))]
 
 
 def fork_solids(top: float) -> list[OrientedBox]:

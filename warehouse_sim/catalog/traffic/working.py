@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import Triple
-from warehouse_sim.catalog.traffic import drive_trucks, lift_trucks, walked_trucks
+from warehouse_sim.catalog.traffic import drive_trucks, trucks, walked_trucks
 from warehouse_sim.catalog.traffic.people import feet_of, hips_of
 from warehouse_sim.catalog.traffic.shapes import assembled, centre_of
 from warehouse_sim.catalog.traffic.truck_pieces import FORK_SPREAD, FORK_WIDTH
@@ -69,13 +69,13 @@ _JACK = walked_trucks.hand_pallet_truck_parts
 _JACK_SOLIDS = walked_trucks.hand_pallet_truck_solids
 WORKING = {
     "work_counterbalance": WorkingTruck(
-        *(571, "forklift", 3100.0, lift_trucks.counterbalance_parts, lift_trucks.counterbalance_solids),
-        Place(lift_trucks.COUNTERBALANCE_TOP, 0.02, _BLADES, 1500.0),
+        *(571, "forklift", 3100.0, trucks.counterbalance_parts, trucks.counterbalance_solids),
+        Place(trucks.COUNTERBALANCE_TOP, 0.02, _BLADES, 1500.0),
         Driver("seated", (-1.29, 0.0, 0.99)),
     ),
     "work_reach": WorkingTruck(
-        *(572, "forklift", 3300.0, lift_trucks.reach_parts, lift_trucks.reach_truck_solids),
-        Place(lift_trucks.REACH_TOP, 0.02, _BLADES, 1400.0),
+        *(572, "forklift", 3300.0, trucks.reach_parts, trucks.reach_truck_solids),
+        Place(trucks.REACH_TOP, 0.02, _BLADES, 1400.0),
         Driver("seated", (-0.86, 0.40, 1.05), -np.pi / 2, ("small", "medium")),
     ),
     "work_stacker": WorkingTruck(

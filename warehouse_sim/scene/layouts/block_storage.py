@@ -8,11 +8,10 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import QUARTER_TURN, SceneDraft
 from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Lane, Layout, Side
 
-_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 PLAY = 0.06
 """Free space that a place keeps around the largest pallet it is made for (m)."""
 
@@ -47,11 +46,6 @@ class BlockStorageConfig(Layout):
         """Depth of the lanes (m)."""
         return self.lane_depth * self.stack_pitch
 
-    @property
-    def opposite(self) -> "BlockStorageConfig | None":
-        """The same lanes again, when there are two blocks."""
-        return self if self.sides == "both" else None
-
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Mark the lanes on the floor; nothing else stands in a block."""
         middles = self.lane_middles()
@@ -76,7 +70,7 @@ def floor_lanes(
     return [
         Lane(
             tuple(
-                T_world_side @ make_transform(_QUARTER_TURN, np.array([x, (index + 0.5) * pitch, 0.0]))
+                T_world_side @ make_transform(QUARTER_TURN, np.array([x, (index + 0.5) * pitch, 0.0]))
                 for index in range(count)
             ),
             clear_height,

@@ -55,11 +55,6 @@ class CantileverConfig(Layout):
         """Depth of arms and columns (m)."""
         return ARM_LENGTH + COLUMN[1]
 
-    @property
-    def opposite(self) -> "CantileverConfig | None":
-        """The same rack again, when there are two."""
-        return self if self.sides == "both" else None
-
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add columns, ties and goods; there are no places for pallets."""
         name = next(name for name, levels in CANTILEVERS.items() if levels == self.levels)

@@ -49,11 +49,6 @@ class ConveyorPickupConfig(Layout):
         """Extent away from the aisle (m)."""
         return _BACK + CONVEYORS[_PALLETS].width if self.carton_line else CONVEYORS[_PALLETS].width
 
-    @property
-    def wants_goods(self) -> bool:
-        """Whether goods of the user's own are on the line."""
-        return self.goods_fraction > 0.0
-
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the conveyors; their places lie lengthwise on the pallets' one, its whole length one bay."""
         y = CONVEYORS[_PALLETS].width / 2

@@ -11,11 +11,10 @@ from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, SceneDraft
 from warehouse_sim.scene.layouts.rack_fittings import add_upright_guards
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _PITCH = LANE_WIDTH + UPRIGHT_WIDTH
 """Distance from lane to lane (m)."""
 _FRAME_PITCH = 1.5
@@ -55,11 +54,6 @@ class DriveInConfig(Layout):
     def depth(self) -> float:
         """Depth of the lanes (m)."""
         return self.lane_depth * PLACE_PITCH
-
-    @property
-    def opposite(self) -> "DriveInConfig | None":
-        """The same rack again, when there are two."""
-        return self if self.sides == "both" else None
 
     def under(self, clear_height: float) -> "DriveInConfig":
         """Return the rack with as many levels as leave room for the frames; at least one."""
@@ -106,7 +100,7 @@ class DriveInConfig(Layout):
             y = (place + 0.5) * PLACE_PITCH
             for side in (-1.0, 1.0) if level else ():
                 at = np.array([x + side * (LANE_WIDTH - size[0]) / 2, y, top - RAIL_HEIGHT + size[2] / 2])
-                draft.add("drive_in_rail", T_world_side @ make_transform(None if side < 0 else _HALF_TURN, at))
+                draft.add("drive_in_rail", T_world_side @ make_transform(None if side < 0 else HALF_TURN, at))
             slots.append(
                 Slot(
                     T_world_side @ make_transform(translation=np.array([x, y, top])),

@@ -19,9 +19,8 @@ from warehouse_sim.scene.building.floor import wear_floor
 from warehouse_sim.scene.building.furnishing import furnish
 from warehouse_sim.scene.building.services import ServicesConfig, hang_services, roof_over
 from warehouse_sim.scene.building.sized_hall import SizedHall, build_to_size
-from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.draft import QUARTER_TURN, Area, SceneDraft
 
-_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _FLOORS = {"concrete": "floor_slab", "jointed": "floor_slab_jointed", "epoxy": "floor_slab_epoxy"}
 _WALLS = {"panels": "wall", "cladding": "wall_clad"}
 _, _CURVE = _TYRE_MARKS = ("tyre_mark_straight", "tyre_mark_curve")
@@ -150,7 +149,7 @@ def _build_fixed(
     end = (FLOOR_SIZE[1] - WALL_SIZE[1]) / 2
     back = -end if y_back is None else max(-end, y_back - thick)
     side = (FLOOR_SIZE[0] - WALL_SIZE[1]) / 2
-    walls = [(0.0, back, None), (-side, 0.0, _QUARTER_TURN), (side, 0.0, _QUARTER_TURN)]
+    walls = [(0.0, back, None), (-side, 0.0, QUARTER_TURN), (side, 0.0, QUARTER_TURN)]
     if doors:
         for index in range(round(WALL_SIZE[0] / MODULE_LENGTH)):
             name = "wall_module_dock" if index in doors else "wall_module"
@@ -218,7 +217,7 @@ def mark_line(
     Lines come in lengths of 6, 3 and 1 m; what is left at the end stays bare.
     """
     direction = np.array([1.0, 0.0, 0.0]) if along == "x" else np.array([0.0, 1.0, 0.0])
-    rotation = None if along == "x" else _QUARTER_TURN
+    rotation = None if along == "x" else QUARTER_TURN
     at, rest = np.array([start[0], start[1], PAINT / 2]), length
     for piece in _LINE_LENGTHS:
         while rest >= piece - 1e-6:
@@ -232,7 +231,7 @@ def _add_roof(draft: SceneDraft) -> None:
     draft.add("ceiling", make_transform(translation=np.array([0.0, 0.0, under + CEILING_SIZE[2] / 2])))
     for x in np.arange(-1.5, 2.0) * _COLUMN_PITCH:
         at = np.array([x, 0.0, under - TRUSS_SIZE[2] / 2])
-        draft.add("roof_truss", make_transform(_QUARTER_TURN, at))
+        draft.add("roof_truss", make_transform(QUARTER_TURN, at))
 
 
 def _add_columns(draft: SceneDraft, name: str, y_front: float, y_back: float | None) -> None:

@@ -10,11 +10,10 @@ from warehouse_sim.catalog.racks.platform import COLUMN_HEIGHT, DECK_TOP, PANEL
 from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
 from warehouse_sim.scene.layouts.site import Layout, Side, Strip
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _FREE_EDGE = 0.35
 """How far behind the edge of the platform the first shelves stand (m): columns are there."""
 _WALK = 0.9
@@ -47,11 +46,6 @@ class MezzanineConfig(Layout):
         """Depth of the platform (m)."""
         return self.panel_rows * PANEL[1]
 
-    @property
-    def wants_goods(self) -> bool:
-        """Whether shelves are kept for goods of the user's own."""
-        return self.goods_fraction > 0.0
-
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the platform and the shelving; there are no places for pallets."""
         xs = [(index - (self.panels - 1) / 2) * PANEL[0] for index in range(self.panels)]
@@ -69,7 +63,7 @@ class MezzanineConfig(Layout):
             for number, y in enumerate(np.arange(front, self.depth - SHELF_SIZE[1], SHELF_SIZE[1] + 0.5)):
                 turned = number % 2 == 1
                 at = np.array([0.0, y + (SHELF_SIZE[1] if turned else 0.0), floor])
-                T_side_row = make_transform(_HALF_TURN if turned else None, at)
+                T_side_row = make_transform(HALF_TURN if turned else None, at)
                 strips += add_shelf_row(draft, T_world_side @ T_side_row, bays, self.fill, rng, self.goods_fraction)
         return Side(strips=strips)
 

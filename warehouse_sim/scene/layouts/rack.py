@@ -17,7 +17,7 @@ from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS
 from warehouse_sim.catalog.racks.tolerances import beam_pose, frame_pose
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import QUARTER_TURN, SceneDraft
 from warehouse_sim.scene.layouts.rack_fittings import add_beam_labels, add_frame_signs, add_guards
 from warehouse_sim.scene.layouts.site import Slot, Strip
 from warehouse_sim.schema import ObjectModel
@@ -32,8 +32,7 @@ _BAR = 0.28
 """Distance of a support bar from the middle of its pallet (m)."""
 _REACH = 0.5
 """How far to both sides of its middle a pallet may lie on a beam (m)."""
-_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-_HALF_TURN = _QUARTER_TURN @ _QUARTER_TURN
+_HALF_TURN = QUARTER_TURN @ QUARTER_TURN
 
 
 @dataclass(frozen=True)
@@ -194,7 +193,7 @@ def _slots(
     return [
         Slot(
             T_world_rack
-            @ make_transform(_QUARTER_TURN, np.array([x + dx, FRAME_DEPTH / 2, _support_height(z, tops, x + dx)])),
+            @ make_transform(QUARTER_TURN, np.array([x + dx, FRAME_DEPTH / 2, _support_height(z, tops, x + dx)])),
             headroom,
             bay,
             most_mass=np.inf if z == 0.0 else rack.bay_load / len(rack.places),

@@ -11,14 +11,13 @@ from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
 from warehouse_sim.catalog.racks.upright import HOLE_PITCH, UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, Area, SceneDraft
 from warehouse_sim.scene.layouts.rack import LOAD_CLEARANCE, Rack, build_rack, deck_strips, height_over_all
 from warehouse_sim.scene.layouts.rack_fittings import add_row_spacers
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot
 
 FLUE = 0.3
 """Free space between racks back to back (m); NFPA 13 requires 6 in (0.152 m) between the loads, which overhang."""
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -98,11 +97,6 @@ class RackAisleConfig(Layout):
             return self.beam_levels
         return tuple(round(number * self.level_pitch / HOLE_PITCH) * HOLE_PITCH for number in range(1, self.levels + 1))
 
-    @property
-    def opposite(self) -> "RackAisleConfig | None":
-        """The same rack again, when there are two."""
-        return self if self.sides == "both" else None
-
     def under(self, clear_height: float) -> "RackAisleConfig":
         """Return the rack with as many ``levels`` as leave room for the frames and the loads on top; at least one."""
         fitting = [top for top in self.tops if height_over_all(top) <= clear_height - LOAD_CLEARANCE]
@@ -117,7 +111,7 @@ class RackAisleConfig(Layout):
             front = self._row_front(row)
             turned = row % 2 == 1
             at = np.array([0.0, front + FRAME_DEPTH if turned else front, 0.0])
-            T_side_rack = make_transform(_HALF_TURN if turned else None, at)
+            T_side_rack = make_transform(HALF_TURN if turned else None, at)
             if turned:
                 T_side_back = make_transform(translation=at - [0.0, FRAME_DEPTH + FLUE, 0.0])
                 add_row_spacers(draft, rack.frames, rack.frame_height, T_world_side @ T_side_back)

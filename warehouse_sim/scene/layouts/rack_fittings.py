@@ -12,11 +12,9 @@ from warehouse_sim.catalog.racks.beams import BEAM_HEIGHT
 from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, QUARTER_TURN, SceneDraft
 from warehouse_sim.schema import ObjectModel
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
-_QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _GUARD_GAP = 0.05
 """Free space between a guard and the rack (m)."""
 _OFF = 0.001
@@ -31,7 +29,7 @@ def add_guards(draft: SceneDraft, bays: int, pitch: float, T_world_rack: Transfo
     half = bays * pitch / 2
     for side in (-1.0, 1.0):
         x = side * (half + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
-        T_rack_barrier = make_transform(None if side > 0 else _HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
+        T_rack_barrier = make_transform(None if side > 0 else HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
         T_rack_barrier[2, 3] = barrier.size[2] / 2
         draft.add("rack_end_guard", T_world_rack @ T_rack_barrier)
     add_upright_guards(draft, [(index - bays / 2) * pitch for index in range(bays + 1)], T_world_rack)
@@ -59,8 +57,8 @@ def add_frame_signs(
     number = catalog_object("frame_label")
     half = UPRIGHT_WIDTH / 2 + _OFF + notice.size[1] / 2
     for T_world_foot, side, rotation in (
-        (T_world_feet[0], -1.0, _QUARTER_TURN.T),
-        (T_world_feet[-1], 1.0, _QUARTER_TURN),
+        (T_world_feet[0], -1.0, QUARTER_TURN.T),
+        (T_world_feet[-1], 1.0, QUARTER_TURN),
     ):
         draft.add(notice, T_world_foot @ make_transform(rotation, np.array([side * half, 0.0, _EYES])))
     # Connectors cover the upright beside each beam, from its top down.

@@ -17,14 +17,13 @@ from warehouse_sim.errors import ConfigError, PlacementError, shown, suggestion
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, Area, SceneDraft
 from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_hall
 
 _COLUMN_GAP = 0.65
 """Free space behind a side with columns (m)."""
 _FOOTPRINT = (1.2, 0.8)
 """Edges of a pallet (m) where a slot does not say."""
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
 Truck = Literal["any", "counterbalance", "reach", "very_narrow", "pallet_jack"]
@@ -184,13 +183,13 @@ class Layout(ABC):
 
     @property
     def opposite(self) -> "Layout | None":
-        """What stands on the other side of the aisle; None for a wall at the hall's end."""
-        return None
+        """What stands on the other side of the aisle: the same again where ``sides`` are both; None for a wall."""
+        return self if getattr(self, "sides", "one") == "both" else None
 
     @property
     def wants_goods(self) -> bool:
         """Whether it keeps room for goods of the user's own (``loads.goods``)."""
-        return False
+        return getattr(self, "goods_fraction", 0.0) > 0.0
 
     def under(self, clear_height: float) -> "Layout":
         """Return the layout as it fits a hall of ``clear_height`` (m) over the floor; most fit as they are."""
@@ -268,7 +267,7 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     )
     sides = [layout.build_side(draft, np.eye(4), 0, rng)]
     if other is not None:
-        T_world_side = make_transform(_HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
+        T_world_side = make_transform(HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
         sides.append(other.build_side(draft, T_world_side, len(sides[0].slots), rng))
     slots = tuple(slot for side in sides for slot in side.slots)
     lanes = tuple(lane for side in sides for lane in side.lanes)

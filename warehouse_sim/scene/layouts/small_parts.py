@@ -8,11 +8,10 @@ import numpy as np
 from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
-from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.draft import HALF_TURN, SceneDraft
 from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
 from warehouse_sim.scene.layouts.site import Layout, Side, Strip
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _BETWEEN = 0.06
 """Free space between rows back to back (m)."""
 _AISLE = 1.1
@@ -47,23 +46,13 @@ class SmallPartsConfig(Layout):
         """Depth of all rows (m)."""
         return self._front(self.rows - 1) + SHELF_SIZE[1]
 
-    @property
-    def opposite(self) -> "SmallPartsConfig | None":
-        """The same rows again, when there are two sides."""
-        return self if self.sides == "both" else None
-
-    @property
-    def wants_goods(self) -> bool:
-        """Whether shelves are kept for goods of the user's own."""
-        return self.goods_fraction > 0.0
-
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the rows; there are no places for pallets."""
         strips: list[Strip] = []
         for row in range(self.rows):
             turned = row % 2 == 1
             at = np.array([0.0, self._front(row) + (SHELF_SIZE[1] if turned else 0.0), 0.0])
-            T_side_row = make_transform(_HALF_TURN if turned else None, at)
+            T_side_row = make_transform(HALF_TURN if turned else None, at)
             strips += add_shelf_row(draft, T_world_side @ T_side_row, self.bays, self.fill, rng, self.goods_fraction)
         return Side(strips=strips)
 
