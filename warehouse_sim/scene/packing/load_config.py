@@ -25,7 +25,7 @@ BULK_PALLETS = ("epal3", "epal2")
 """Pallets of 1,200 x 1,000 mm for carriers that fit none of the recipe's."""
 
 _STAMPS = Distribution.uniform(0.4, 1.0)
-"""Fraction of a worn pallet's brands and stencils that can still be read."""
+"""Fraction of a damaged pallet's brands and stencils that can still be read."""
 
 
 @dataclass(frozen=True)
