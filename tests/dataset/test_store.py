@@ -11,7 +11,6 @@ from tests.dataset.toy import (
     CAMERA,
     PALLET,
     RENDERER,
-    file_sums,
     make_dataset,
     make_manifest,
     make_scene,
@@ -19,6 +18,7 @@ from tests.dataset.toy import (
     write_scene,
     write_scenes,
 )
+from tests.shared import hashes
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
@@ -31,10 +31,10 @@ KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, pl
     "formats", [("kitti", "bop", "bop_webdataset"), ("coco", "yolo"), ("linemod",), ("mcap", "pcd", "ply")]
 )
 def test_neither_order_nor_day_changes_a_byte(tmp_path: Path, monkeypatch, formats: tuple[str, ...]) -> None:
-    one = file_sums(make_dataset(tmp_path / "one", make_manifest(formats=formats)))
+    one = hashes(make_dataset(tmp_path / "one", make_manifest(formats=formats)))
     monkeypatch.setattr(time, "time_ns", lambda: 5)
     monkeypatch.setattr(time, "time", lambda: 5.0)
-    assert file_sums(make_dataset(tmp_path / "other", make_manifest(formats=formats), order=[2, 0, 1])) == one
+    assert hashes(make_dataset(tmp_path / "other", make_manifest(formats=formats), order=[2, 0, 1])) == one
 
 
 def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> None:
@@ -45,15 +45,15 @@ def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> No
         for job in [pool.submit(write_scenes, store.root, manifest, scenes) for scenes in ([1], [2, 0])]:
             job.result()
     store.finish()
-    assert file_sums(store.root) == file_sums(toy_root)
+    assert hashes(store.root) == hashes(toy_root)
 
 
 @pytest.mark.parametrize("formats", [("bop",), ("kitti",), ("bop", "kitti")])
 def test_any_choice_of_formats_has_the_same_files(toy_root: Path, tmp_path: Path, formats: tuple[str, ...]) -> None:
-    found = file_sums(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
+    found = hashes(make_dataset(tmp_path / "data", make_manifest(formats=formats)))
     expected = {
         name: digest
-        for name, digest in file_sums(toy_root).items()
+        for name, digest in hashes(toy_root).items()
         if name.split("/")[0] in (*formats, "scenes", "objects.json")
     }
     del found["manifest.json"], found["SHA256SUMS"]
@@ -88,7 +88,7 @@ def test_killed_run_resumes_to_the_same_bytes(toy_root: Path, tmp_path: Path) ->
         write_scene(resumed, index)
     resumed.finish()
     assert finished.stat().st_mtime_ns == before
-    assert file_sums(root) == file_sums(toy_root)
+    assert hashes(root) == hashes(toy_root)
 
 
 def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: P
     store.begin([PALLET], CAMERA, resume=True)
     assert store.pending() == []
     store.finish()
-    assert file_sums(store.root) == file_sums(toy_root)
+    assert hashes(store.root) == hashes(toy_root)
 
 
 @pytest.mark.parametrize(
@@ -112,10 +112,10 @@ def test_resuming_a_complete_dataset_changes_nothing(toy_root: Path, tmp_path: P
 def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key: str, complete: bool) -> None:
     if not complete:
         (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
-    before = file_sums(toy_copy)
+    before = hashes(toy_copy)
     with pytest.raises(DatasetError, match=f"begun with another {key}; resume it with the same settings"):
         DatasetStore(toy_copy, replace(make_manifest(), **change)).begin([PALLET], CAMERA, resume=True)
-    assert file_sums(toy_copy) == before
+    assert hashes(toy_copy) == before
 
 
 def test_other_folders_are_left_alone(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """A small warehouse drawn by exact ray casting against boxes in numpy: no renderer, every pixel known."""
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -240,9 +239,3 @@ def write_scenes(root: Path, manifest: Manifest, indices: list[int]) -> None:
     store = DatasetStore(root, manifest)
     for index in indices:
         write_scene(store, index)
-
-
-def file_sums(root: Path) -> dict[str, str]:
-    """Return the checksum of each file of a folder by its name there."""
-    files = sorted(path for path in root.rglob("*") if path.is_file())
-    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.dataset.formats.test_external_bop import STEP_MM, visible, write_folder
-from tests.dataset.toy import failures, file_sums
+from tests.dataset.toy import failures
+from tests.shared import hashes
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.store import DatasetStore
@@ -68,7 +69,7 @@ def test_a_conversion_that_was_broken_off_goes_on_to_the_same_bytes(
     done = []
     convert(theirs, out, ("bop",), resume=True, progress=lambda count, total: done.append(count))
     assert done[0] == 5
-    assert file_sums(out) == file_sums(ours)
+    assert hashes(out) == hashes(ours)
 
 
 def test_what_cannot_be_converted_is_rejected_in_one_line(

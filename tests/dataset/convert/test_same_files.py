@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from tests.dataset.toy import failures, file_sums
+from tests.dataset.toy import failures
+from tests.shared import hashes
 from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
@@ -28,7 +29,7 @@ def test_converted_files_are_those_that_are_generated(tmp_path: Path) -> None:
     generate(recipe, tmp_path / "first", GenerateConfig(scenes=3, seed=21, formats=("kitti", "bop"), workers=1))
     convert(tmp_path / "first", tmp_path / "then", ("coco", "mcap", "ply", *SAME))
     for name in SAME:
-        assert file_sums(tmp_path / "then" / name) == file_sums(tmp_path / "at_once" / name), name
+        assert hashes(tmp_path / "then" / name) == hashes(tmp_path / "at_once" / name), name
     for split in ("train", "val", "test"):
         table = f"coco/annotations/instances_{split}.json"
         then, at_once = (json.loads((tmp_path / name / table).read_text()) for name in ("then", "at_once"))

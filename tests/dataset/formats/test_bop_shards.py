@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from pycocotools import mask as coco_mask
 
-from tests.dataset.toy import CAMERA, PALLET, file_sums, make_dataset, make_manifest, make_scene, observe, write_scene
+from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
+from tests.shared import hashes
 from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
 from warehouse_sim.dataset.formats.bop.shards.writer import ShardsWriter, merge
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -124,7 +125,7 @@ def test_a_killed_run_is_taken_up(both: Path, tmp_path: Path, stop: str) -> None
     for index in again.pending():
         write_scene(again, index)
     again.finish()
-    assert file_sums(root / "bop_webdataset") == file_sums(both / "bop_webdataset")
+    assert hashes(root / "bop_webdataset") == hashes(both / "bop_webdataset")
 
 
 def test_scenes_go_on_in_the_next_shard(tmp_path: Path) -> None:
@@ -143,9 +144,9 @@ def test_scenes_go_on_in_the_next_shard(tmp_path: Path) -> None:
         ["000000_000000", "000000_000001", "000001_000000", "000001_000001"],
         ["000002_000000", "000002_000001"],
     ]
-    before = file_sums(tmp_path)
+    before = hashes(tmp_path)
     merge(layout, manifest, most_images=4)
-    assert file_sums(tmp_path) == before
+    assert hashes(tmp_path) == before
     layout.shard("train", 1).unlink()
     with pytest.raises(DatasetError, match=r"shard-000001\.tar: image 000002_000000 is neither in .*000002\.tar nor"):
         merge(layout, manifest, most_images=4)

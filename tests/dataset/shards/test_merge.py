@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.toy import CAMERA, PALLET, file_sums, make_dataset, make_manifest, write_scene
+from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, write_scene
+from tests.shared import hashes
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.manifest import Manifest, read_manifest
 from warehouse_sim.dataset.shards.merge import merge
@@ -37,16 +38,16 @@ def test_shards_in_any_order_are_the_bytes_of_one_run_in_every_format(tmp_path: 
     manifest = make_manifest(5, FORMATS)
     one = make_dataset(tmp_path / "one", manifest)
     parts = [make_shard(tmp_path / str(index), index, 3, manifest) for index in (2, 0, 1)]
-    before = [file_sums(part) for part in parts]
+    before = [hashes(part) for part in parts]
     assert main(["generate", "--merge", *map(str, parts), "--out", str(tmp_path / "merged")]) == 0
-    assert file_sums(tmp_path / "merged") == file_sums(one)
-    assert [file_sums(part) for part in parts] == before
+    assert hashes(tmp_path / "merged") == hashes(one)
+    assert [hashes(part) for part in parts] == before
 
 
 def test_more_shards_than_scenes_leave_some_empty(tmp_path: Path) -> None:
     parts = [make_shard(tmp_path / str(index), index, 4) for index in range(4)]
     merge(parts, tmp_path / "merged")
-    assert file_sums(tmp_path / "merged") == file_sums(make_dataset(tmp_path / "one"))
+    assert hashes(tmp_path / "merged") == hashes(make_dataset(tmp_path / "one"))
 
 
 def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:
@@ -64,7 +65,7 @@ def test_an_interrupted_merge_goes_on(shards: list[Path], tmp_path: Path, toy_ro
     with pytest.raises(DatasetError, match="not empty"):
         merge(shards, tmp_path)
     merge(shards, tmp_path, resume=True)
-    assert file_sums(tmp_path) == file_sums(toy_root)
+    assert hashes(tmp_path) == hashes(toy_root)
 
 
 def test_missing_repeated_and_other_shards_are_named(shards: list[Path], tmp_path: Path, toy_root: Path) -> None:

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.shards.test_merge import make_shard
-from tests.dataset.toy import file_sums, make_dataset
+from tests.dataset.toy import make_dataset
+from tests.shared import hashes
 from warehouse_sim.dataset.shards.shard import pack_shard, packed_name, stored_shards, unpack_shard
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.ray_cluster import merge_packed
@@ -80,7 +81,7 @@ def test_shards_that_other_processes_stored_become_the_dataset_of_one_run(bucket
         # What was listed before must not be what is listed now.
         assert stored_shards(bucket) == [packed_name(number) for number in range(index + 1)]
     merge_packed(bucket, tmp_path / "merged")
-    assert file_sums(tmp_path / "merged") == file_sums(make_dataset(tmp_path / "one"))
+    assert hashes(tmp_path / "merged") == hashes(make_dataset(tmp_path / "one"))
 
 
 def test_a_large_archive_comes_back_as_it_was(bucket: str, tmp_path: Path) -> None:
@@ -89,7 +90,7 @@ def test_a_large_archive_comes_back_as_it_was(bucket: str, tmp_path: Path) -> No
     pack_shard(tmp_path / "shard", bucket, packed_name(3))
     (tmp_path / "back").mkdir()
     unpack_shard(bucket, packed_name(3), tmp_path / "back")
-    assert file_sums(tmp_path / "back") == file_sums(tmp_path / "shard")
+    assert hashes(tmp_path / "back") == hashes(tmp_path / "shard")
 
 
 def test_an_upload_that_fails_leaves_nothing(bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
