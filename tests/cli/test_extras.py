@@ -152,26 +152,20 @@ def test_a_command_names_the_extra_that_it_lacks(places: dict[str, Path], tmp_pa
 
 
 @pytest.mark.gl
-def test_what_a_backend_needs_is_named(tmp_path: Path, places: dict[str, Path]) -> None:
-    lacking = {"pyrender": "peers", "mitsuba": "pathtrace", "mujoco": "generate"}
-    for module, extra in lacking.items():
-        backend = {"mitsuba": "pathtrace"}.get(module, module)
-        command = f"generate smoke --scenes 1 --workers 1 --backend {backend} --out {places['new']}"
-        code, text = answers({module}, [command], tmp_path)[command]
+def test_what_backends_and_a_detector_of_a_library_need_is_named(tmp_path: Path, places: dict[str, Path]) -> None:
+    new, install = f"--out {places['new']}", "install it with: pip install 'warehouse-sim"
+    needed = {
+        f"generate smoke --scenes 1 --workers 1 --backend pyrender {new}": f"{install}[peers]'",
+        f"generate smoke --scenes 1 --workers 1 --backend pathtrace {new}": f"{install}[pathtrace]'",
+        f"train rtdetr-rgb --data {places['data']} --max-steps 1 {new}": (
+            f"error: transformers: needed to train rtdetr-rgb but not installed; {install}[detectors]'"
+        ),
+    }
+    told = answers({"pyrender", "mitsuba", "transformers"}, [*needed, "list"], tmp_path)
+    assert told.pop("list")[0] == "0"
+    for command, (code, text) in told.items():
         assert code == "2"
         (line,) = [line for line in text.splitlines() if line.startswith("error: ")]
-        assert f"pip install 'warehouse-sim[{extra}]'" in line
+        assert needed[command] in line
         assert "Traceback" not in text
-        assert not places["new"].exists()
-
-
-def test_a_detector_of_a_library_names_its_extra(tmp_path: Path, places: dict[str, Path]) -> None:
-    train = f"train rtdetr-rgb --data {places['data']} --out {places['new']} --max-steps 1"
-    told = answers({"transformers"}, [train, "list"], tmp_path)
-    assert [code for code, _ in told.values()] == ["2", "0"]
-    (line,) = [line for line in told[train][1].splitlines() if line.startswith("error: ")]
-    assert line == (
-        "error: transformers: needed to train rtdetr-rgb but not installed; "
-        "install it with: pip install 'warehouse-sim[detectors]'"
-    )
     assert not places["new"].exists()
