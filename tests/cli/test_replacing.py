@@ -7,8 +7,7 @@ import pytest
 from tests.dataset.toy import make_dataset
 from warehouse_sim.cli.checks import write_beside, write_one
 from warehouse_sim.cli.main import main
-from warehouse_sim.dataset.discard import discard_dataset
-from warehouse_sim.errors import DatasetError, OutputError
+from warehouse_sim.errors import OutputError
 
 HEADER = "scene_id,im_id,obj_id,score,R,t,time\n"
 ROW = "{scene},0,1,1.0,1 0 0 0 1 0 0 0 1,0 0 2000,0.1\n"
@@ -82,15 +81,3 @@ def test_scores_and_pages_of_an_earlier_run_stay(
     assert code == 2
     assert "page.html: is there with other content" in message
     assert run(f"{reported} --overwrite")[0] == 0
-
-
-def test_overwriting_removes_no_folder_that_is_no_dataset(tmp_path: Path) -> None:
-    project = tmp_path / "project"
-    project.mkdir()
-    (project / "manifest.json").write_text('{"name": "an app", "version": "1"}')
-    with pytest.raises(DatasetError, match="holds no dataset of warehouse_sim"):
-        discard_dataset(project)
-    assert (project / "manifest.json").is_file()
-    data = make_dataset(tmp_path / "data")
-    discard_dataset(data)
-    assert list(data.iterdir()) == []

@@ -13,8 +13,6 @@ from warehouse_sim.evaluation import evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores, match_by_score
 from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.errors.visible_surface import vsd
-from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
@@ -70,22 +68,6 @@ def test_a_shift_across_the_view_is_its_projection():
     turned = true @ make_transform(rotation_z(np.pi))
     assert mspd(turned, true, SymmetryGroup.trivial(), K, flat)[0] == pytest.approx(100.0)
     assert mspd(turned, true, SymmetryGroup.turns("z", 2), K, flat)[0] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_vsd_of_a_plate_is_the_share_of_pixels_that_differ():
-    camera = PinholeCamera.from_focal(20, 10, 1e6)  # so long that rays are parallel to z
-    true, nothing = np.zeros((10, 20)), np.zeros((10, 20))
-    true[2:8, 4:14] = 3.0  # 60 pixels
-    aside = np.roll(true, 5, axis=1)
-    near = np.where(true > 0, 2.93, 0.0)
-    assert vsd(true, true, nothing, camera, 1.0, (0.05, 0.5)) == pytest.approx([0.0, 0.0])
-    assert vsd(aside, true, nothing, camera, 1.0, (0.05,)) == pytest.approx([60 / 90])  # half of each alone
-    assert vsd(near, true, true, camera, 1.0, (0.05, 0.1)) == pytest.approx([1.0, 0.0])  # 7 cm of 1 m
-    assert vsd(nothing, true, true, camera, 1.0, (0.05,)) == pytest.approx([1.0])
-    hidden = np.where(true > 0, 1.0, 0.0)
-    assert vsd(true, true, hidden, camera, 1.0, (0.05,)) == pytest.approx([1.0])  # nothing of it is seen
-    half = np.where(np.arange(20) < 9, hidden, true)
-    assert vsd(near, true, half, camera, 1.0, (0.1,)) == pytest.approx([0.0])
 
 
 def by_surface(data: Path, estimates) -> BopScores:

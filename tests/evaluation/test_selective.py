@@ -24,13 +24,6 @@ def test_auroc_is_the_share_of_pairs_in_order_ties_counting_half():
     assert auroc(score, right) == pytest.approx(np.mean(pairs), abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("score", "wanted"), [([0.9, 0.8, 0.2, 0.1], 1.0), ([0.1, 0.2, 0.8, 0.9], 0.0), ([0.5] * 4, 0.5)]
-)
-def test_auroc_of_plain_rankings(score, wanted):
-    assert auroc(np.array(score), np.array([True, True, False, False])) == wanted
-
-
 def test_auroc_without_failures_is_not_known():
     assert np.isnan(auroc(np.array([0.2, 0.9]), np.array([True, True])))
     low, high = auroc_interval(

@@ -92,17 +92,6 @@ def test_the_calibration_that_is_written_is_the_one_that_was_used(observe, name:
         assert len(item.reading.points) > 20
 
 
-def test_further_sensors_leave_the_first_ones_as_they_are(observe) -> None:
-    alone, pair = observe(RigConfig()), observe(rig_of("kitti"))
-    assert alone.lidar is not None
-    assert pair.lidar is not None
-    assert np.array_equal(alone.lidar.points, pair.lidar.points)
-    assert np.array_equal(alone.rgbd.rgb, pair.rgbd.rgb)
-    assert np.array_equal(alone.rgbd.depth, pair.rgbd.depth)
-    assert alone.stereo is None
-    assert pair.stereo is not None
-
-
 def test_the_right_image_is_the_left_one_moved_by_the_true_disparity(observe) -> None:
     rig = rig_of("kitti")
     observation = observe(replace(rig, rgbd=replace(rig.rgbd, color=ColorConfig(noise_scale=0.0, exposure_error=0.0))))
