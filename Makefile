@@ -4,7 +4,7 @@ OUT ?= out/demo
 # Two processes, each with a core: more threads only spin.
 PYTEST := OMP_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 # Rooms whose tests take seconds, for the inner loop.
-QUICK := annotate catalog dataset evaluation geometry physics scene schema sensors
+QUICK := annotate catalog evaluation geometry learning schema sensors
 
 .PHONY: demo test test-quick test-slow test-faults test-ecosystem lint package bench speed setup setup-demo clean help
 
