@@ -12,14 +12,19 @@ settings.register_profile("steady", derandomize=True, database=None, deadline=No
 settings.load_profile("steady")  # the same examples every time, on any machine
 
 
-LONGEST = ("hostile", "third_party", "benchmark", "generation", "api", "cli", "benchmarks", "estimators", "render")
-"""Folders whose files take longest: begun first, so that no process is left with one of them at the end."""
+LONGEST = (
+    "benchmark", "test_models.py", "hostile", "third_party", "test_docs.py", "generation", "test_examples.py",
+    "test_whole_way.py", "api", "cli", "benchmarks", "estimators", "render", "dataset", "scene",
+)  # fmt: skip
+"""What takes longest, folders and files: begun first, so that no process is left with one of them at the end."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Bring the longest files to the front; all else stays in its order."""
     rank = {name: number for number, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: rank.get(item.nodeid.removeprefix("tests/").partition("/")[0], len(rank)))
+    first = [item.nodeid.removeprefix("tests/").partition("::")[0].partition("/")[0] for item in items]
+    order = sorted(range(len(items)), key=lambda number: rank.get(first[number], len(rank)))
+    items[:] = [items[number] for number in order]
 
 
 def pytest_collection_finish() -> None:

@@ -7,7 +7,7 @@ import pytest
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.generation.catalog_sheet import CAPTION, HEIGHT, WIDTH, render_catalog_sheet, render_thumbnail
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 
 pytestmark = pytest.mark.gl
 
@@ -26,17 +26,17 @@ def test_the_sheet_holds_one_cell_an_object_in_the_order_requested_for(tmp_path:
 
 
 @pytest.mark.parametrize("name", ["epal1", "rack_beam_2700", "floor_slab", "highbay_luminaire"])
-def test_an_object_fills_its_thumbnail_whatever_its_size(name: str) -> None:
-    with open_renderer() as renderer:
-        seen = {}
-        original = renderer.render
+def test_an_object_fills_its_thumbnail_whatever_its_size(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    seen, original = {}, renderer.render
 
-        def remember(*arguments: object, **keywords: object) -> object:
-            seen["buffers"] = original(*arguments, **keywords)  # type: ignore[arg-type]
-            return seen["buffers"]
+    def remember(*arguments: object, **keywords: object) -> object:
+        seen["buffers"] = original(*arguments, **keywords)  # type: ignore[arg-type]
+        return seen["buffers"]
 
-        renderer.render = remember  # type: ignore[method-assign, assignment]
-        thumbnail = render_thumbnail(renderer, catalog_object(name))
+    monkeypatch.setattr(renderer, "render", remember)
+    thumbnail = render_thumbnail(renderer, catalog_object(name))
     ids = seen["buffers"].instance_mask
     rows, columns = np.nonzero(ids == 2)
     spans = (columns.min() / ids.shape[1], columns.max() / ids.shape[1], rows.min() / ids.shape[0])

@@ -21,7 +21,7 @@ TROLLEY = str(Path(__file__).resolve().parents[2] / "examples" / "custom_object"
 def recipe(**traffic: object) -> Recipe:
     scene = {
         "layout": {"kind": "rack_aisle", "bays": 1},
-        "observations_per_scene": 3,
+        "observations_per_scene": 2,
         "targets": ["pallet", "trolley"],
         "traffic": {"objects": [TROLLEY], "own": 4, **traffic},
     }
@@ -30,7 +30,7 @@ def recipe(**traffic: object) -> Recipe:
 
 @pytest.mark.gl
 def test_own_objects_are_labelled_in_a_dataset_that_holds_its_checks(tmp_path: Path) -> None:
-    generate(recipe(), tmp_path / "data", GenerateConfig(scenes=3))
+    generate(recipe(), tmp_path / "data", GenerateConfig(scenes=2))
     assert [check for check in validate(tmp_path / "data") if not check.ok] == []
     reader = DatasetReader(tmp_path / "data")
     assert reader.objects[1001].class_name == "trolley"
