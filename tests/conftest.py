@@ -21,10 +21,12 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Bring the longest files to the front; all else stays in its order."""
-    rank = {name: number for number, name in enumerate(LONGEST)}
-    first = [item.nodeid.removeprefix("tests/").partition("::")[0].partition("/")[0] for item in items]
-    order = sorted(range(len(items)), key=lambda number: rank.get(first[number], len(rank)))
-    items[:] = [items[number] for number in order]
+
+    def rank(item: pytest.Item) -> int:
+        name = item.nodeid.removeprefix("tests/").partition("::")[0].partition("/")[0]
+        return LONGEST.index(name) if name in LONGEST else len(LONGEST)
+
+    items.sort(key=rank)
 
 
 def pytest_collection_finish() -> None:
