@@ -35,7 +35,7 @@ def environment(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dic
 
 @pytest.fixture(scope="module")
 def serial(shared: Shared) -> dict[str, str]:
-    return hashes(shared.dataset(shared.small))
+    return hashes(shared.dataset(shared.small, scenes=3))
 
 
 def run(command: list[str], environment: dict[str, str]) -> None:

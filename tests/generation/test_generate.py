@@ -44,7 +44,7 @@ def test_splits_share_no_scene_and_every_split_has_targets(dataset) -> None:
     assert all(any(image.targets for image in reader.images(split)) for split in scenes)
 
 
-def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(recipe, dataset, tmp_path, caplog) -> None:
+def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(shared, tmp_path, caplog) -> None:
     def kill_one() -> None:
         while not (workers := [pid for pid in descendants(os.getpid()) if "spawn_main" in command_line(pid)]):
             time.sleep(0.02)
@@ -52,10 +52,10 @@ def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(recipe, da
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    generate(recipe, tmp_path / "again", GenerateConfig(scenes=3, workers=2))
+    generate(load_recipe(str(shared.small)), tmp_path / "again", GenerateConfig(scenes=3, workers=2))
     killer.join()
     assert "was ended by SIGKILL" in caplog.text
-    assert hashes(tmp_path / "again") == hashes(dataset)
+    assert hashes(tmp_path / "again") == hashes(shared.dataset(shared.small, scenes=3))
 
 
 def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
