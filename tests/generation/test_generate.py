@@ -13,7 +13,7 @@ from tests.shared import hashes
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.errors import DatasetError, UnknownNameError
+from warehouse_sim.errors import ConfigError, DatasetError, UnknownNameError
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
@@ -102,4 +102,6 @@ def test_unknown_formats_and_backends_list_the_known_ones(recipe, tmp_path) -> N
         generate(recipe, tmp_path / "a", GenerateConfig(formats=("coco3",)))
     with pytest.raises(UnknownNameError, match="raster"):
         generate(recipe, tmp_path / "b", GenerateConfig(backend="vulkan"))
+    with pytest.raises(ConfigError, match="a dataset needs one at least"):
+        generate(recipe, tmp_path / "b", GenerateConfig(formats=()))
     assert not (tmp_path / "b").exists()
