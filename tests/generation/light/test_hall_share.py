@@ -23,9 +23,9 @@ KEPT: tuple[PresetName, ...] = ("dim", "harsh", "failing")
 
 @pytest.fixture(scope="module")
 def contrast(renderer: Renderer) -> Mapping[tuple[str, float], float]:
-    """Return stops between the 5th and the 95th percentile, by preset and share: the mean of two views of a hall."""
+    """Return stops between the 5th and the 95th percentile, by preset and share: the mean of three views of a hall."""
     scene = sample_settled_scene(load_recipe("lighting_study"), 0, 0).scene
-    scene = replace(scene, viewpoints=scene.viewpoints[:2])
+    scene = replace(scene, viewpoints=scene.viewpoints[:3])
     caster, found = RayCaster(scene), {}
     for preset, fraction in [("nominal", 0.8), *((preset, fraction) for preset in KEPT for fraction in (0.0, 0.8))]:
         config = LightingConfig(preset=preset, rows=2, luminaires=4, hall_fraction=fraction)
