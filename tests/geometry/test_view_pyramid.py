@@ -1,5 +1,6 @@
 import numpy as np
 
+from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
 
@@ -38,3 +39,16 @@ def test_boxes_are_kept_where_a_corner_or_more_is_in_the_image_and_left_out_besi
     assert 0 < inside.sum() <= kept.sum() < 1.3 * inside.sum() + 10
     spheres = pyramid.touches(centre, np.linalg.norm(half_edges, axis=2).max(axis=1), 0.05)
     assert kept.sum() < 0.7 * spheres.sum()
+
+
+def test_a_box_reaches_a_plane_as_soon_as_one_of_its_corners_does() -> None:
+    camera = PinholeCamera(320, 240, 300.0, 280.0, 40.0, 200.0)
+    pyramid = ViewPyramid.of(camera)
+    rng = np.random.default_rng(2)
+    centre = rng.uniform((-6, -6, -3), (6, 6, 8), (2000, 3))
+    rotation = np.linalg.qr(rng.normal(size=(2000, 3, 3)))[0]
+    half_edges = rotation * rng.uniform(0.2, 2.0, (2000, 3))[..., None]
+    corners = centre[:, None] + box_corners(np.full(3, 2.0)) @ half_edges
+    reached = (corners @ pyramid.normals.T >= 0.0).any(axis=1).all(axis=1) & (corners[..., 2] >= 0.05).any(axis=1)
+    assert np.array_equal(pyramid.touches_boxes(centre, half_edges, 0.05), reached)
+    assert 500 < reached.sum() < 1500

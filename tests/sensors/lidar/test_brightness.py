@@ -45,6 +45,11 @@ def relative(result: LidarScan, scene_remission: float = 0.5) -> np.ndarray:
     return result.intensity / (scene_remission * cosine)
 
 
+def test_without_any_of_it_intensity_is_remission_times_cosine() -> None:
+    # A code is 0.5 %, and lasers up to 0.2 m above the origin see the wall at another angle than it would.
+    assert np.abs(relative(read(two_walls(GREY), BrightnessConfig.even())) - 1.0).max() < 0.02
+
+
 def test_speckle_differs_from_pulse_to_pulse() -> None:
     only = replace(BrightnessConfig.even(), speckle=0.15)
     one, two = (relative(read(two_walls(GREY), only, seed)) for seed in (0, 1))

@@ -85,3 +85,5 @@ def test_the_strongest_echo_is_blended_by_power() -> None:
     assert echoes.reflectance[0] == pytest.approx((first + second) * blend**2, rel=1e-5)
     assert echoes.reflectance[1] == pytest.approx(0.9, rel=1e-5)
     assert echoes.reflectance[2] == 0.0
+    dimmed = PulseEchoes.of(fractions, pulse_length=0.75, extinction=0.01).pick("strongest")
+    assert dimmed.reflectance[1] == pytest.approx(0.9, rel=1e-5)  # of one surface, whatever dims light on both ways
