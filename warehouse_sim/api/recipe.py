@@ -12,9 +12,8 @@ from warehouse_sim.catalog.mesh_object import mesh_name
 from warehouse_sim.config import to_mapping
 from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.extends import overlay
-from warehouse_sim.generation.own_objects import with_own_object
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
-from warehouse_sim.generation.recipe import changed, load_recipe
+from warehouse_sim.generation.recipe import changed, load_recipe, with_own_object
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.ranges import Range
 

@@ -35,7 +35,7 @@ class Docking:
     by: str = ""
     """What of the forks touched what: "tip > deck", or why the truck would not drive."""
     force: float = 0.0
-    """Greatest force of the forks on anything while they went in (N), as ``TruckConfig.force_time`` says."""
+    """Greatest force of the forks on anything while they went in (N), as ``Truck.force_time`` says."""
     push: float = 0.0
     """Greatest way of a corner of the pallet while the forks went in (m)."""
     inside: float = 0.0

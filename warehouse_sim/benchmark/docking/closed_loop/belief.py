@@ -32,7 +32,7 @@ class Believed:
     keeps_first: bool = False
     T_odom_object: Transform | None = None
     corrections: int = 0
-    """How often the entry moved by more than ``DriveConfig.moved``."""
+    """How often the entry moved by more than ``Driving.moved``."""
     _tracker: Tracker | None = field(default=None, init=False)
     _last: Float[np.ndarray, " 3"] | None = field(default=None, init=False)
 
