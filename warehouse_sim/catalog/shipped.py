@@ -1,6 +1,6 @@
 """The package's own objects by name, each with its builder."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.markings import LINES
@@ -29,7 +29,7 @@ from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_N
 from warehouse_sim.catalog.traffic.working import WORKING
 
 
-def _built(folder: str, names: dict[str, Iterable[str]]) -> dict[str, str]:
+def _built(folder: str, names: Mapping[str, Iterable[str]]) -> dict[str, str]:
     """Return name -> builder of a folder's objects, given by module and builder; a module's are called as theirs."""
     return {
         name: f"warehouse_sim.catalog.{folder}{target if ':' in target else f'{target}:{name}'}"
