@@ -98,7 +98,7 @@ CARRIERS = _built(
     },
 )
 """Catalog name -> builder of carriers that are a unit load alone or with a pallet."""
-_LOADS = {
+_LOADS: dict[str, Iterable[str]] = {
     "cartons:carton": ALL_SKUS,
     "open_cartons:open_carton_of": OPEN_CARTONS,
     "totes:tote": TOTES,
@@ -108,7 +108,7 @@ _LOADS = {
     "board:corner_post": CORNER_POSTS,
     "wrap:wrap": WRAPS,
 }
-_RACKS = {
+_RACKS: dict[str, Iterable[str]] = {
     "frame:rack_frame": FRAME_HEIGHTS,
     "beams:rack_beam": RACK_BEAMS,
     "beams:step_beam": STEP_BEAMS,
@@ -124,7 +124,7 @@ _RACKS = {
     "shelves:storage_bin": BINS,
     "platform": ("platform_panel", "platform_column", "platform_railing"),
 }
-_BUILDING = {
+_BUILDING: dict[str, Iterable[str]] = {
     "shell": ("floor_slab", "wall", "wall_clad", "wall_module", "wall_module_dock"),
     "shell:jointed_slab": ("floor_slab_jointed", "floor_slab_epoxy"),
     "structure": (
