@@ -74,16 +74,6 @@ def test_average_is_that_of_markley() -> None:
     np.testing.assert_allclose(T[:3, 3], np.average(translations, axis=0, weights=weights), atol=1e-12)
 
 
-def test_the_eigenvector_is_that_of_the_largest_eigenvalue_not_the_last_column() -> None:
-    """Of ``eig``, whose eigenvalues come in no order, the last column is another rotation altogether."""
-    rotations = [rotation_x(0.1 * k) @ rotation_z(0.3 - 0.05 * k) for k in range(6)]
-    quats = np.stack([quat_wxyz_from_matrix(rotation) for rotation in rotations])
-    last = np.linalg.eig(quats.T @ quats)[1][:, -1].real
-    T = select(rotations, np.full(6, 0.5), "weighted")
-    assert rotation_angle(T[:3, :3], matrix_from_quat_wxyz(last)) > 1.0
-    assert max(rotation_angle(T[:3, :3], rotation) for rotation in rotations) < 0.5
-
-
 def test_outliers_are_left_out_by_the_robust_methods() -> None:
     rotations = [np.eye(3)] * 6 + [rotation_x(1.0)] * 2
     places = np.array([[0.5, -0.2, 4.0]] * 6 + [[1.0, -0.2, 4.0]] * 2)

@@ -7,13 +7,10 @@ import torch
 
 from tests.dataset.toy import make_scene, observe
 from tests.estimators.pose.densefusion.made_run import made_run
-from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
-from warehouse_sim.estimators.pose.densefusion.crops.cut import wanted_targets
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
@@ -65,21 +62,6 @@ def test_an_observation_and_its_arrays_give_the_same(tmp_path: Path) -> None:
     expected = estimator.estimate(observation)
     assert_same_poses(expected, estimator.estimate(image))
     assert [item.detection for item in expected] == [label.instance_id for label in labels if label.pixels_valid >= 32]
-
-
-def test_a_dataset_image_gives_what_its_observation_gives(run: Path, toy_root: Path) -> None:
-    """But for the millimetres of the depth file, the numbers of the masks, and with them the points that are drawn."""
-    estimator = load_estimator(run, PLAIN)
-    reader = DatasetReader(toy_root)
-    record = reader.images("train")[0]
-    image = RgbdImage.from_dataset(reader, record, wanted_targets(record, CropConfig()), rgb=False)
-    assert image.rgb is None
-    estimates = estimator.estimate(image)
-    observation = observe(make_scene(record.scene_id))[record.image_id]
-    others = estimator.estimate(observation)
-    for a, b in zip(estimates, others, strict=True):
-        assert (a.scene_id, a.image_id, a.name) == (b.scene_id, b.image_id, "toy-pallet")
-        assert np.linalg.norm(a.T_camera_object[:3, 3] - b.T_camera_object[:3, 3]) < 0.3
 
 
 def test_objects_that_the_estimator_does_not_know_are_left_out_of_an_observation(run: Path) -> None:

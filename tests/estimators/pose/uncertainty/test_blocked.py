@@ -21,12 +21,11 @@ def box(low, high) -> TriangleMesh:
 
 
 # A deck on three walls: two openings 0.3 m wide and 0.2 m high, through and through.
-PORTAL = merge(
-    [
-        box((-0.5, -0.45, 0.1), (0.5, 0.45, 0.15)),
-        *(box((-0.5, y - 0.05, -0.1), (0.5, y + 0.05, 0.1)) for y in (-0.4, 0.0, 0.4)),
-    ]
-)
+WALLS = [
+    box((-0.5, -0.45, 0.1), (0.5, 0.45, 0.15)),
+    *(box((-0.5, y - 0.05, -0.1), (0.5, y + 0.05, 0.1)) for y in (-0.4, 0.0, 0.4)),
+]
+PORTAL = merge(WALLS)
 
 
 def seen(*solids: TriangleMesh, noise: float = 0.0, wall: float = 6.0) -> RgbdImage:
@@ -45,10 +44,6 @@ def seen(*solids: TriangleMesh, noise: float = 0.0, wall: float = 6.0) -> RgbdIm
     return RgbdImage(CAMERA, depth.reshape(200, 320).astype(np.float32), ())
 
 
-WALLS = [
-    box((-0.5, -0.45, 0.1), (0.5, 0.45, 0.15)),
-    *(box((-0.5, y - 0.05, -0.1), (0.5, y + 0.05, 0.1)) for y in (-0.4, 0.0, 0.4)),
-]
 LEFT = ((-0.4, 0.06, -0.1), (-0.1, 0.34, 0.08))
 
 

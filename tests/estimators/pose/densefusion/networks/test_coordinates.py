@@ -1,8 +1,7 @@
 import torch
 
 from tests.estimators.pose.densefusion.networks.made_inputs import build, made_gt, made_shapes
-from warehouse_sim.estimators.pose.densefusion.networks.coordinates import CoordinateHeads
-from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
+from warehouse_sim.estimators.pose.densefusion.networks.heads import CoordinateHeads, HeadConfig
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Coordinates, GroundTruth, Hypotheses, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig

@@ -40,11 +40,6 @@ def test_each_method_reads_what_its_name_says() -> None:
         assert config.side_px == (48 if reads else None)
 
 
-@pytest.mark.parametrize("size", ["nano", "small", "full"])
-def test_no_method_is_a_renamed_copy(size: str) -> None:
-    assert len({ESTIMATORS.get(name).network(size) for name in trained_names()}) == len(READS)
-
-
 def _whole_loss(network: DenseFusion, x, config: LossConfig = LossConfig()) -> torch.Tensor:  # noqa: B008
     # The refiner's last layer starts at zero, which would stop its gradients at the first step.
     for output in network.refiner.outputs:
@@ -167,19 +162,6 @@ def test_paper_has_the_originals_parameters_to_the_last(objects: int) -> None:
     millions = round((extractor + feature + head) / 1e6, 2)
     assert millions == {1: 21.36, 13: 21.37, 21: 21.38}[objects]
     assert 1.915e6 < weights_of(network.refiner) < 1.945e6
-
-
-def test_the_paper_refiner_pools_384_channels_and_192_without_an_image() -> None:
-    for name, channels in (("densefusion", 384), ("densefusion-pointcloud", 192)):
-        network, x = build(name, "full", paper=True)
-        seen = []
-        network.refiner.branch.pooled.register_forward_hook(lambda _, given, out, seen=seen: seen.append(given[0]))
-        network.eval()
-        with torch.inference_mode():
-            first, second = network.refiner.branch.layers(x.points, embedding := network.embed(x))
-            network.refiner(x.points, embedding, x.class_index)
-        assert seen[0].shape == (BATCH, 500, channels)
-        torch.testing.assert_close(seen[0], torch.cat([*first, *second], dim=-1))
 
 
 def test_the_paper_decoder_aligns_corners() -> None:

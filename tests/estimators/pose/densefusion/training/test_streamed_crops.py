@@ -169,18 +169,10 @@ def fractions(balance: str) -> list[float]:
     return [float(weights[number == OBJECTS].sum() / len(OBJECTS)) for number in range(4)]
 
 
-def test_classes_are_drawn_equally_often_and_their_objects_by_the_root() -> None:
+def test_classes_or_objects_are_drawn_equally_often_and_those_of_a_class_by_the_root() -> None:
     assert fractions("classes") == pytest.approx([0.5 / 3, 1.0 / 3, 0.0, 0.5], abs=1e-3)
-
-
-def test_objects_are_drawn_equally_often() -> None:
     assert fractions("objects") == pytest.approx([1 / 3, 1 / 3, 0.0, 1 / 3], abs=1e-3)
-
-
-def test_crops_need_no_weights() -> None:
     assert sampling_weights(OBJECTS, CLASSES, "crops") is None
-
-
-def test_a_class_without_crops_takes_no_part() -> None:
+    # A class without crops takes no part.
     weights = sampling_weights(torch.tensor([0, 0, 1, 1]), ("pallet", "carton", "tote"), "classes")
     torch.testing.assert_close(weights, torch.ones(4))

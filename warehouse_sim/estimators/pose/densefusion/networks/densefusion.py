@@ -10,8 +10,13 @@ from torch.nn.functional import logsigmoid
 from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig, AttentionFusion
-from warehouse_sim.estimators.pose.densefusion.networks.coordinates import CoordinateHeads
-from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, InlierConfig, InlierHead, PoseHeads
+from warehouse_sim.estimators.pose.densefusion.networks.heads import (
+    CoordinateHeads,
+    HeadConfig,
+    InlierConfig,
+    InlierHead,
+    PoseHeads,
+)
 from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, Inliers, NetworkInput, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
