@@ -9,6 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.solids import Outline, prism
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 
@@ -68,6 +69,27 @@ def mesh_part(
 ) -> Part:
     """Return ``mesh`` as large as it is, turned and put at ``centre`` (m)."""
     return solid_part(mesh, (1.0, 1.0, 1.0), centre, material, rotation)
+
+
+def slab_part(outline: Outline, low: float, high: float, material: str) -> Part:
+    """Return an upright prism over ``outline`` (x, y; m) from the height ``low`` to ``high`` (m)."""
+    return solid_part(prism(outline), (1.0, 1.0, high - low), (0.0, 0.0, (low + high) / 2), material)
+
+
+def lofted(rings: Float[np.ndarray, "k n 3"]) -> TriangleMesh:
+    """Return the closed surface through rings that run counter-clockwise about the way from the first to the last."""
+    count, sides = rings.shape[:2]
+    index = np.arange(count * sides).reshape(count, sides)
+    right = np.roll(index, -1, axis=1)
+    foot, top = np.full(sides, count * sides), np.full(sides, count * sides + 1)
+    faces = [
+        np.stack([index[:-1], right[:-1], right[1:]], axis=-1).reshape(-1, 3),
+        np.stack([index[:-1], right[1:], index[1:]], axis=-1).reshape(-1, 3),
+        np.column_stack([right[0], index[0], foot]),
+        np.column_stack([index[-1], right[-1], top]),
+    ]
+    vertices = np.concatenate([rings.reshape(-1, 3), rings[[0, -1]].mean(axis=1)])
+    return TriangleMesh(vertices, np.concatenate(faces).astype(np.int32))
 
 
 def fused(parts: Sequence[Part]) -> tuple[Part, ...]:

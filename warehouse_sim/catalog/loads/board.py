@@ -6,11 +6,9 @@ angles of laminated board, commonly 50 x 50 mm and 3-6 mm thick. Solid board wei
 
 import numpy as np
 
-from warehouse_sim.catalog.parts import box_part, collision_boxes, model_of
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.geometry.solids import prism
+from warehouse_sim.catalog.parts import box_part, collision_boxes, model_of, slab_part
 from warehouse_sim.geometry.symmetry import SymmetryGroup
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import ObjectModel
 
 SHEET = 0.0015
 """Thickness of a slip sheet (m)."""
@@ -60,7 +58,7 @@ def corner_post(name: str) -> ObjectModel:
         "corner_post",
         int(obj_id),
         (POST_LEG, POST_LEG, height),
-        (Part(prism(outline), np.array([1.0, 1.0, height]), make_transform(), "board_white"),),
+        (slab_part(outline, -height / 2, height / 2, "board_white"),),
         (),
         mass=_DENSITY * float(height) * board * (2 * POST_LEG - board),
     )

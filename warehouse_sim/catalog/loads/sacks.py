@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import mesh_part, model_of
+from warehouse_sim.catalog.parts import lofted, mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.schema import ObjectModel
 
@@ -88,8 +88,10 @@ def sack(name: str, every: int = 1) -> ObjectModel:
     rings = rings[::every, ::every]
     # The print is a length of the body itself, lifted off it, so that it follows every wrinkle.
     printed = rings + np.sign(rings) * [0.0, _PRINT, _PRINT]
-    fields = [_skin(printed[first // every : max(last // every, first // every + 1) + 1]) for first, last in sku.fields]
-    body, field = _fitted([_skin(rings), merge(fields)], size)
+    fields = [
+        lofted(printed[first // every : max(last // every, first // every + 1) + 1]) for first, last in sku.fields
+    ]
+    body, field = _fitted([lofted(rings), merge(fields)], size)
     return model_of(
         name,
         "sack",
@@ -147,20 +149,3 @@ def _fitted(meshes: list[TriangleMesh], size: np.ndarray) -> list[TriangleMesh]:
     points = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = points.min(axis=0), points.max(axis=0)
     return [TriangleMesh((mesh.vertices - (low + high) / 2) / (high - low) * size, mesh.faces) for mesh in meshes]
-
-
-def _skin(rings: Float[np.ndarray, "stations points 3"]) -> TriangleMesh:
-    """Return the closed surface through outlines that run counter-clockwise about +x, from -x to +x."""
-    stations, around = rings.shape[:2]
-    index = np.arange(stations * around).reshape(stations, around)
-    right = np.roll(index, -1, axis=1)
-    low, low_right, high, high_right = index[:-1], right[:-1], index[1:], right[1:]
-    sides = [np.stack([low, low_right, high_right], -1), np.stack([low, high_right, high], -1)]
-    ends = len(rings.reshape(-1, 3)) + np.arange(2)
-    caps = [
-        np.stack([right[0], index[0], np.full(around, ends[0])], -1),
-        np.stack([index[-1], right[-1], np.full(around, ends[1])], -1),
-    ]
-    vertices = np.concatenate([rings.reshape(-1, 3), rings[[0, -1]].mean(axis=1)])
-    faces = np.concatenate([block.reshape(-1, 3) for block in (*sides, *caps)])
-    return TriangleMesh(vertices, faces.astype(np.int32))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
+from warehouse_sim.catalog.loads.carriers.wire import ring
 from warehouse_sim.catalog.parts import Triple, box_part, fused, model_of, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.schema import ObjectModel, Part
@@ -81,8 +82,8 @@ def _shell(sku: ToteSku) -> list[Part]:
     floor = low + _FOOT_HEIGHT
     pieces.append(_box((length - inset, width - inset, _WALL), (0, 0, floor + _WALL / 2)))
     pieces += _walls(length - inset, width - inset, floor, high)
-    pieces += _ring(length, width, _RIM + _WALL, high - _RIM_HEIGHT, high)
-    pieces += _ring(length - 0.004, width - 0.004, _RIM, floor, floor + 0.012)
+    pieces += ring(length, width, high - _RIM_HEIGHT, high, _RIM + _WALL, "plastic_grey")
+    pieces += ring(length - 0.004, width - 0.004, floor, floor + 0.012, _RIM, "plastic_grey")
     return [*pieces, *_ribs(length, width, floor + 0.012, high - _RIM_HEIGHT)]
 
 
@@ -106,13 +107,6 @@ def _walls(length: float, width: float, low: float, high: float) -> list[Part]:
         ]
         pieces.append(_box((_RIM - 0.002, wide + 0.012, 0.006), (collar, 0, hole_low - 0.003)))
     return pieces
-
-
-def _ring(length: float, width: float, thick: float, low: float, high: float) -> list[Part]:
-    """Return four bars around a rectangle, flush with its edges (m)."""
-    centre, rise = (low + high) / 2, high - low
-    long = [_box((length, thick, rise), (0, s * (width - thick) / 2, centre)) for s in (-1, 1)]
-    return [*long, *(_box((thick, width - 2 * thick, rise), (s * (length - thick) / 2, 0, centre)) for s in (-1, 1))]
 
 
 def _ribs(length: float, width: float, low: float, high: float) -> list[Part]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import Triple, fused, mesh_part, model_of, solid_part
+from warehouse_sim.catalog.parts import Triple, fused, lofted, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import make_transform, rotation_x
@@ -85,7 +85,7 @@ def tube(
         + np.cos(turn)[None, :, None] * (size[:, :1] * first)[:, None]
         + np.sin(turn)[None, :, None] * (size[:, 1:] * second)[:, None]
     )
-    return _lofted(rings)
+    return lofted(rings)
 
 
 def smoothed(rows: Float[np.ndarray, "n k"], between: int) -> Float[np.ndarray, "m k"]:
@@ -146,24 +146,6 @@ def _cut_back(box: OrientedBox, half: Float[np.ndarray, " 3"]) -> OrientedBox:
     while np.any(np.abs(box.corners()) > half):
         box = OrientedBox(box.T_parent_box, box.size * [0.98, 0.98, 0.995])  # a limb stays about as long
     return box
-
-
-def _lofted(rings: Float[np.ndarray, "k n 3"]) -> TriangleMesh:
-    """Join neighbouring rings, which run counter-clockwise seen against the path, and close both ends."""
-    count, sides = rings.shape[:2]
-    index = np.arange(count * sides).reshape(count, sides)
-    a, b = index[:-1], np.roll(index[:-1], -1, axis=1)
-    c, d = np.roll(index[1:], -1, axis=1), index[1:]
-    foot, top = count * sides, count * sides + 1
-    first, last = index[0], index[-1]
-    faces = [
-        np.stack([a, b, c], axis=-1).reshape(-1, 3),
-        np.stack([a, c, d], axis=-1).reshape(-1, 3),
-        np.column_stack([np.roll(first, -1), first, np.full(sides, foot)]),
-        np.column_stack([last, np.roll(last, -1), np.full(sides, top)]),
-    ]
-    vertices = np.concatenate([rings.reshape(-1, 3), rings[:1].mean(axis=1), rings[-1:].mean(axis=1)])
-    return TriangleMesh(vertices, np.concatenate(faces).astype(np.int32))
 
 
 _ARC = 5

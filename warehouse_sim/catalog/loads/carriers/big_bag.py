@@ -6,9 +6,8 @@ Filled ones bulge: the walls are round and the foot keeps to its pallet; 1 m^3 o
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
-from warehouse_sim.catalog.parts import box_part, mesh_part, model_of, solid_box
+from warehouse_sim.catalog.parts import box_part, lofted, mesh_part, model_of, solid_box
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.geometry.solids import prism
@@ -77,23 +76,7 @@ def _body(sku: BigBagSku) -> TriangleMesh:
     points[..., :2] = (
         (points[..., :2] - (low_xy + high_xy) / 2) * np.array([sku.length, sku.width]) / (high_xy - low_xy)
     )
-    return _closed(points)
-
-
-def _closed(rings: Float[np.ndarray, "levels points 3"]) -> TriangleMesh:
-    """Return the closed surface through rings that run counter-clockwise about +z, from the lowest up."""
-    levels, around = rings.shape[:2]
-    index = np.arange(levels * around).reshape(levels, around)
-    right = np.roll(index, -1, axis=1)
-    ends = levels * around + np.arange(2)
-    faces = [
-        np.stack([index[:-1], right[:-1], right[1:]], -1).reshape(-1, 3),
-        np.stack([index[:-1], right[1:], index[1:]], -1).reshape(-1, 3),
-        np.stack([right[0], index[0], np.full(around, ends[0])], -1),
-        np.stack([index[-1], right[-1], np.full(around, ends[1])], -1),
-    ]
-    vertices = np.concatenate([rings.reshape(-1, 3), rings[[0, -1]].mean(axis=1)])
-    return TriangleMesh(vertices, np.concatenate(faces).astype(np.int32))
+    return lofted(points)
 
 
 def _loops(sku: BigBagSku) -> list[Part]:

@@ -8,9 +8,8 @@ import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
 from warehouse_sim.catalog.loads.carriers.wire import bar, stations
-from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.geometry.solids import Outline, prism, unit_cylinder
+from warehouse_sim.catalog.parts import box_part, fused, model_of, slab_part, solid_part
+from warehouse_sim.geometry.solids import Outline, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 LENGTH, WIDTH, HEIGHT = 1.200, 1.000, 1.016
@@ -31,9 +30,9 @@ def _bottle(material: str) -> list[Part]:
     """Return the bottle with a rounded outline and shoulder, the lid on top and the valve low on the front (-x)."""
     low, high = -HEIGHT / 2 + 0.02, HEIGHT / 2 - 0.045
     pieces = [
-        _slab(_rounded(1.14, 0.94, 0.12), low, high - 0.05, material),
-        _slab(_rounded(1.08, 0.88, 0.12), high - 0.05, high - 0.02, material),
-        _slab(_rounded(0.98, 0.78, 0.12), high - 0.02, high, material),
+        slab_part(_rounded(1.14, 0.94, 0.12), low, high - 0.05, material),
+        slab_part(_rounded(1.08, 0.88, 0.12), high - 0.05, high - 0.02, material),
+        slab_part(_rounded(0.98, 0.78, 0.12), high - 0.02, high, material),
         solid_part(unit_cylinder(20), (0.20, 0.20, 0.03), (0.0, 0.0, high + 0.015), "plastic_black"),
         solid_part(unit_cylinder(20), (0.15, 0.15, 0.012), (0.0, 0.0, high + 0.036), "plastic_red"),
     ]
@@ -94,8 +93,3 @@ def _rounded(length: float, width: float, radius: float) -> Outline:
         for sx, sy, start in corners
         for turn in turns
     )
-
-
-def _slab(outline: Outline, low: float, high: float, material: str) -> Part:
-    centre = np.array([0.0, 0.0, (low + high) / 2])
-    return Part(prism(outline), np.array([1.0, 1.0, high - low]), make_transform(translation=centre), material)

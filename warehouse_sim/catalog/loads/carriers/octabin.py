@@ -6,8 +6,6 @@ heights 800-1,900 mm (common in makers' lists, unverified). Plastic granules wei
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from warehouse_sim.catalog.loads.artwork import (
     Side,
     barcode,
@@ -18,9 +16,8 @@ from warehouse_sim.catalog.loads.artwork import (
     text_lines,
     word,
 )
-from warehouse_sim.catalog.parts import fused, model_of, solid_box
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.geometry.solids import Outline, prism
+from warehouse_sim.catalog.parts import fused, model_of, slab_part, solid_box
+from warehouse_sim.geometry.solids import Outline
 from warehouse_sim.schema import ObjectModel, Part
 
 _LID, _SKIN = 0.12, 0.004
@@ -57,9 +54,12 @@ def octabin(name: str) -> ObjectModel:
     body = _octagon(sku.length - 2 * _SKIN, sku.width - 2 * _SKIN, sku.cut)
     lid = _octagon(sku.length, sku.width, sku.cut)
     parts = [
-        _slab(body, -sku.height / 2, sku.height / 2 - 0.003, sku.board),
-        _slab(lid, sku.height / 2 - _LID, sku.height / 2, "kraft_light" if sku.board == "kraft" else "kraft"),
-        *(_slab(_octagon(sku.length - 0.004, sku.width - 0.004, sku.cut), z, z + 0.016, "strap") for z in _bands(sku)),
+        slab_part(body, -sku.height / 2, sku.height / 2 - 0.003, sku.board),
+        slab_part(lid, sku.height / 2 - _LID, sku.height / 2, "kraft_light" if sku.board == "kraft" else "kraft"),
+        *(
+            slab_part(_octagon(sku.length - 0.004, sku.width - 0.004, sku.cut), z, z + 0.016, "strap")
+            for z in _bands(sku)
+        ),
     ]
     cut = sku.cut
     return model_of(
@@ -80,11 +80,6 @@ def _octagon(length: float, width: float, cut: float) -> Outline:
     x, y = length / 2, width / 2
     return ((x - cut, -y), (x, cut - y), (x, y - cut), (x - cut, y), (cut - x, y), (-x, y - cut), (-x, cut - y),
             (cut - x, -y))  # fmt: skip
-
-
-def _slab(outline: Outline, low: float, high: float, material: str) -> Part:
-    centre = np.array([0.0, 0.0, (low + high) / 2])
-    return Part(prism(outline), np.array([1.0, 1.0, high - low]), make_transform(translation=centre), material)
 
 
 def _bands(sku: OctabinSku) -> list[float]:
