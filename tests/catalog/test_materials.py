@@ -1,7 +1,6 @@
 import pytest
 
-from warehouse_sim.catalog.materials import materials
-from warehouse_sim.catalog.smooth_materials import smooth_materials
+from warehouse_sim.catalog.materials import materials, smooth_materials
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 CITED = {

@@ -16,7 +16,7 @@ from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.packing.patterns import PATTERNS
 from warehouse_sim.scene.packing.stacking import StackingConfig
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, safe_working_load
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, jitter_scale, safe_working_load
 from warehouse_sim.schema import SceneSpec
 
 PLAIN = UnitLoadConfig(empty_fraction=0.0)
@@ -71,7 +71,8 @@ def test_loads_of_every_kind_on_every_pallet_are_sound(seed: int) -> None:
     assert np.all(np.abs(corners[:, :2]).max(axis=0) <= deck + 0.010 + 0.03 + 5 * 0.006)
     envelope = load.envelope
     half = envelope.size / 2
-    assert np.all(np.abs(corners - envelope.T_parent_box[:3, 3])[:, :2] <= half[:2] + 1e-9)
+    bodies = np.concatenate([box.placed(T).corners() for model, T in load.pieces for box in model.collision])
+    assert np.all(np.abs(bodies - envelope.T_parent_box[:3, 3])[:, :2] <= half[:2] + 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(0, 60, 4))
@@ -179,3 +180,9 @@ def test_the_envelope_of_pallet_and_cartons_is_the_box_around_their_sizes(seed: 
     assert load.envelope.T_parent_box[2, 3] - load.envelope.size[2] / 2 == pytest.approx(0.02)
     assert load.envelope.corners()[:, 2].max() == pytest.approx(corners[:, 2].max())
     assert load.height == pytest.approx(corners[:, 2].max())
+
+
+def test_jitter_shrinks_when_half_the_tries_were_in_vain() -> None:
+    assert [jitter_scale(number, 50) for number in (0, 24, 25)] == [1.0, 1.0, 1.0]
+    assert jitter_scale(40, 50) == pytest.approx(0.4)
+    assert jitter_scale(50, 50) == 0.0

@@ -15,6 +15,7 @@ orange-red 0.40); the bands on it are retroreflective, far over 10 in the table,
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.schema import Material, ObjectModel
@@ -176,11 +177,37 @@ _ALL = (
     Material("floor_water", (0.09, 0.09, 0.088), 0.05, remission=0.10, opacity=0.4),
     *outdoor_materials(),
 )
+_SMOOTH = {
+    **dict.fromkeys(("kraft", "kraft_light", "kraft_dark", "board_white"), ("kraft", 0.4)),
+    **dict.fromkeys(("rack_blue", "rack_orange", "guard_yellow", "guard_black"), ("steel", 0.6)),
+    **dict.fromkeys(("steel_grey", "steel_paint_blue", "steel_paint_black"), ("steel", 0.8)),
+    **dict.fromkeys([f"plastic_{color}" for color in ("grey", "black", "blue", "red", "white")], ("plastic", 0.5)),
+    "concrete": ("concrete", 3.0),
+    "epoxy_grey": ("epoxy", 4.0),
+    "blockwork": ("concrete", 1.2),
+    "blockwork_dark": ("concrete", 1.2),
+    "wall_paint": ("plastic", 3.0),
+    "cladding": ("plastic", 2.0),
+    "roof_sheet": ("plastic", 2.0),
+    "door_white": ("plastic", 1.5),
+    "gate_leaf": ("plastic", 1.5),
+    "trailer_inside": ("plastic", 1.2),
+    "panel_white": ("plastic", 2.2),
+}
+"""Material -> texture and edge of a tile (m) where floors, walls, board, plastic and coated steel are smooth."""
 
 
 def materials() -> dict[str, Material]:
     """Return every material of the catalog by name."""
     return {material.name: material for material in _ALL}
+
+
+def smooth_materials() -> dict[str, Material]:
+    """Return every material by name, smooth: images of the frozen recipe, which numbers were measured on, use them."""
+    found = materials()
+    for name, (texture, size) in _SMOOTH.items():
+        found[name] = replace(found[name], texture=texture, texture_size=size)
+    return found
 
 
 def materials_of(models: Iterable[ObjectModel]) -> dict[str, Material]:

@@ -17,8 +17,7 @@ from warehouse_sim.scene.layouts.site import Lane
 from warehouse_sim.scene.packing.carriers import sample_carrier
 from warehouse_sim.scene.packing.contents import one_article, that_carry
 from warehouse_sim.scene.packing.pallet_choice import all_pallets, on_these, sample_pallet
-from warehouse_sim.scene.placing import jitter_scale
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, space_on
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, jitter_scale, space_on
 from warehouse_sim.schema import ObjectModel
 
 STACKING_LOAD = 4000.0

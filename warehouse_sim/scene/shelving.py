@@ -18,8 +18,7 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Slot
 from warehouse_sim.scene.packing.contents import one_article
-from warehouse_sim.scene.placing import jitter_scale
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, space_on
+from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load, jitter_scale, space_on
 
 _CLEARANCE = 0.01
 """Least distance between two loads or a load and the rack (m)."""

@@ -200,6 +200,11 @@ def space_on(pallet: ObjectModel, headroom: float, most_mass: float = np.inf) ->
     )
 
 
+def jitter_scale(tries: int, most: int) -> float:
+    """Return by how much jitter is scaled after ``tries`` of ``most`` in vain: in full at first, to none at the end."""
+    return min(1.0, 2.0 * (1.0 - tries / most))
+
+
 def _around(boxes: Sequence[OrientedBox]) -> OrientedBox:
     """Return the upright box around ``boxes``, but for the lowest of them, so that the support itself is free."""
     lows, highs = BoxStack.of(boxes).extents()

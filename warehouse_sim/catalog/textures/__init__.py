@@ -8,10 +8,17 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.textures.board import kraft
-from warehouse_sim.catalog.textures.floors import concrete, epoxy
-from warehouse_sim.catalog.textures.metal import brushed, galvanised, steel
-from warehouse_sim.catalog.textures.polymers import film, plastic, rubber
+from warehouse_sim.catalog.textures.fresh import (
+    brushed,
+    concrete,
+    epoxy,
+    film,
+    galvanised,
+    kraft,
+    plastic,
+    rubber,
+    steel,
+)
 from warehouse_sim.catalog.textures.tile import TextureSet, Tile, quantised
 from warehouse_sim.catalog.textures.used import blockwork, coat, enamel, liner, precast, slab
 from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH

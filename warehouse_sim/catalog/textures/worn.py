@@ -10,7 +10,7 @@ from functools import wraps
 import numpy as np
 
 from warehouse_sim.catalog.noise import Texels, displaced, octaves, offsets, smooth_step, softened, strokes
-from warehouse_sim.catalog.textures.polymers import plastic
+from warehouse_sim.catalog.textures.fresh import plastic
 from warehouse_sim.catalog.textures.tile import SIZE, Tile
 from warehouse_sim.catalog.textures.used import coat, enamel, liner, slab
 from warehouse_sim.catalog.textures.wood import wood

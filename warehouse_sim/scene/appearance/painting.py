@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog.materials import materials
-from warehouse_sim.catalog.smooth_materials import smooth_materials
+from warehouse_sim.catalog.materials import materials, smooth_materials
 from warehouse_sim.scene.appearance.coating import Look, coated
 from warehouse_sim.scene.appearance.config import AppearanceConfig
 from warehouse_sim.scene.appearance.palettes import PaintConfig

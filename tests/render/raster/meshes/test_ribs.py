@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_names, catalog_object
-from warehouse_sim.catalog.smooth_materials import smooth_materials
+from warehouse_sim.catalog.materials import smooth_materials
 from warehouse_sim.color import linear_from_srgb, srgb_from_linear
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform
