@@ -8,6 +8,7 @@ from pathlib import Path
 
 import tyro
 
+from warehouse_sim.cli.checks import require_free
 from warehouse_sim.cli.console import finish, require_ending
 from warehouse_sim.cli.names import KINDS, folded, names_of
 from warehouse_sim.errors import InputError
@@ -37,6 +38,7 @@ def list_names(
                 "names after KIND and --out draw catalog objects: list objects [OBJECT ...] --out FILE.png"
             )
         require_ending("--out", out, ".png")
+        require_free(out, overwrite=True)
         _draw(out, objects)
         return
     if json:

@@ -11,11 +11,10 @@ from warehouse_sim.estimators.own.program import PROGRAM, ProgramEstimator
 from warehouse_sim.estimators.own.source import is_own_source, open_source
 from warehouse_sim.estimators.pipeline import WithFrontEnd
 from warehouse_sim.estimators.pose.densefusion.objects import MESHES, read_meshes
-from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
 from warehouse_sim.estimators.registries import ESTIMATORS, FAMILIES, FRONT_ENDS, is_trainable
-from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.settings import IcpConfig, PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_dir, model_names
 

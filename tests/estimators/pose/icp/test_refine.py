@@ -5,8 +5,9 @@ from scipy.spatial.transform import Rotation
 from tests.dataset.toy import PALLET
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.estimators.pose.icp.nearest import VisibleSurfaces
-from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, measure_fit, refine_poses
+from warehouse_sim.estimators.pose.icp.refine import Cloud, measure_fit, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import build_surface
+from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_angle, rotation_y, rotation_z, transform_points
 

@@ -11,8 +11,9 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypothese
 from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
-from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
+from warehouse_sim.estimators.pose.icp.refine import Cloud, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
+from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
