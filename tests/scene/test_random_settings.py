@@ -58,10 +58,10 @@ def test_a_closed_recipe_draws_itself() -> None:
 
 
 def test_a_setting_that_is_opened_changes_no_other() -> None:
-    more = PLAIN | {"staging": {"clearance": {"min": 0.3, "max": 0.5}}}
+    more = PLAIN | {"lights": {"mounting_height": {"min": 6.0, "max": 8.0}}}
     few, many = (SceneRecipe.from_plain(plain, "here").sampled(partial(scene_rng, 0, 0)) for plain in (PLAIN, more))
     assert (few.layout, few.loads, few.shelving) == (many.layout, many.loads, many.shelving)
-    assert few.staging != many.staging
+    assert few.lights != many.lights
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,6 @@ BAD = [
     ("shelving: {empty_slot_fraction: -0.1}", "shelving", "empty_slot_fraction must be 0-1, found -0.1"),
     ("staging: {count: -1}", "staging", "count must stay within 0-40"),
     ("staging: {depth: 0.5}", "staging", "depth must stay within 0.8-30 m, found 0.5"),
-    ("staging: {clearance: -1}", "staging", "clearance must be 0-10 m, found -1"),
     ("lights: {luminaires: 9}", "lights", "luminaires must be 1-8, found 9"),
     ("lights: {lux: 0}", "lights", "lux must stay within 0.001-200,000 lx, found 0"),
     ("lights: {temperature: 500}", "lights", "1,700-20,000 K"),

@@ -103,14 +103,14 @@ def test_fronts_lie_beside_the_csv_and_come_back(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda c: c["faces"][0].pop("size"), "no file of faces"),
+        (lambda c: c["faces"][0].pop("size"), "the entry 'size' is missing"),
         (lambda c: c["faces"][0].update(size=[1.0]), "size"),
-        (lambda c: c["faces"][0].update(size=[1.0, float("nan")]), "finite"),
+        (lambda c: c["faces"][0].update(size=[1.0, float("nan")]), "NaN"),
         (lambda c: c["faces"][0]["T_camera_dock"][0].__setitem__(0, 2.0), "rigid"),
         (lambda c: c["faces"][0]["covariance"][0].__setitem__(1, 1.0), "symmetric"),
         (lambda c: c["faces"][0].update(row=7), "row 7"),
         (lambda c: c.update(sha256="0"), "other predictions"),
-        (lambda c: c.update(faces=3), "no file of faces"),
+        (lambda c: c.update(faces=3), "faces must be of type list"),
     ],
 )
 def test_a_broken_file_is_rejected_in_one_line(tmp_path: Path, spoil, message: str) -> None:
