@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -29,27 +30,33 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {"data": root / "data", "copied": copied, "run": made_run(root / "run"), "predictions": root / "p.csv"}
 
 
+@pytest.fixture
+def answer(
+    places: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[[str, Path], tuple[int, str]]:
+    """Return what gives a command's exit code and the one line that it says of what is wrong with the data."""
+
+    def of(command: str, data: Path) -> tuple[int, str]:
+        given = places | {"data": data, "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
+        code = main(COMMANDS[command].format_map(given).split())
+        out, err = capsys.readouterr()
+        said = [line for line in (out + err).splitlines() if re.match("error: |FAIL", line)]
+        assert len(said) == 1, (out, err)
+        return code, said[0]
+
+    monkeypatch.chdir(tmp_path)
+    return of
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("which", ["data", "copied", "data/bop"])
-def test_every_command_says_that_it_is_incomplete(
-    command: str,
-    which: str,
-    places: dict[str, Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_every_command_says_that_it_is_incomplete(command: str, which: str, places: dict[str, Path], answer) -> None:
     data = places["data"].parent / which
-    given = places | {"data": data, "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
-    code = main(COMMANDS[command].format_map(given).split())
-    out, err = capsys.readouterr()
-    said = [line for line in (out + err).splitlines() if re.match("error: |FAIL", line)]
-    assert code == (1 if command.startswith("validate") and said[0].startswith("FAIL") else 2), (out, err)
-    assert len(said) == 1
-    assert "incomplete" in said[0]
-    assert str(data) in said[0]
-    assert "--resume" in said[0] if which != "copied" else "again" in said[0]
+    code, said = answer(command, data)
+    assert code == (1 if command.startswith("validate") and said.startswith("FAIL") else 2)
+    assert "incomplete" in said
+    assert str(data) in said
+    assert "--resume" in said if which != "copied" else "again" in said
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -58,20 +65,10 @@ def test_every_command_says_that_it_is_incomplete(
     [("loop", "loop: is not a folder"), ("x" * 300, "too long")],
     ids=["a link to itself", "a name that is too long"],
 )
-def test_what_can_be_no_folder_is_one_line(
-    command: str,
-    data: str,
-    words: str,
-    places: dict[str, Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_what_can_be_no_folder_is_one_line(command: str, data: str, words: str, tmp_path: Path, answer) -> None:
     (tmp_path / "loop").symlink_to("loop")
-    given = places | {"data": Path(data), "new": tmp_path / "new", "inspected": tmp_path / "inspected"}
-    assert main(COMMANDS[command].format_map(given).split()) == 2
-    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    assert len(said) == 1
-    assert data[:30] in said[0]
-    assert words in said[0]
+    code, said = answer(command, Path(data))
+    assert code == 2
+    assert said.startswith("error: ")
+    assert data[:30] in said
+    assert words in said

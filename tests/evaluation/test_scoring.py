@@ -333,6 +333,7 @@ def test_a_folder_without_a_score_of_this_format_is_rejected(tmp_path):
         ("groups", {"class": 3}),
         ("groups", []),
         ("counts", "x"),
+        ("docking_failures", {"pitch": "x"}),
         ("seconds_per_image", "x"),
     ],
 )
@@ -340,4 +341,19 @@ def test_a_score_with_a_value_of_another_kind_is_rejected(data, score, tmp_path,
     path = write_scores(score(estimates_of(data)), tmp_path / "eval")
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
     with pytest.raises(EvaluationError, match=r"scores\.json.*; run warehouse-sim evaluate again"):
+        read_scores(path.parent)
+
+
+@pytest.mark.parametrize("value", [-1.0, 1.5])
+def test_a_fraction_out_of_range_or_without_an_interval_is_rejected(data, score, tmp_path, value):
+    path = write_scores(score(estimates_of(data)), tmp_path / "eval")
+    content = json.loads(path.read_text())
+    content["overall"]["metrics"]["add_10pct"] = value
+    path.write_text(json.dumps(content))
+    with pytest.raises(EvaluationError, match=r"overall: metrics: add_10pct must be 0-1 with an interval"):
+        read_scores(path.parent)
+    content["overall"]["metrics"]["add_10pct"] = 0.5
+    del content["overall"]["intervals"]["add_10pct"]
+    path.write_text(json.dumps(content))
+    with pytest.raises(EvaluationError, match="with an interval"):
         read_scores(path.parent)

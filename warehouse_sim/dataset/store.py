@@ -127,8 +127,8 @@ class DatasetStore:
             tally.add(observation)
             recorded.append(recorded_observation(observation))
         write_damaged_meshes(self.root, scene)
-        sensors = {name: merged(name, self._kind(name), items) for name, items in described.items()}
         split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
+        sensors = {name: merged(name, self._kind(name), items, path) for name, items in described.items()}
         write_scene_record(path, scene, split, recorded, tally.finish(), outcome, sensors)
 
     def take_over_scene(
@@ -249,12 +249,12 @@ class DatasetStore:
         Raises:
             DatasetError: A sensor gives other arrays in one scene than in another, or none.
         """
-        names = sorted({name for record in records for name in record.readings})
+        names, where = sorted({name for record in records for name in record.readings}), self._layout.scenes
         for name, record in ((name, record) for name in names for record in records):
             if name not in record.readings:
                 raise DatasetError(f"{self.root}: scene {record.scene_index} has no readings of the sensor {name}")
         return {
-            name: merged(name, self._kind(name), [record.readings[name].channels for record in records])
+            name: merged(name, self._kind(name), [record.readings[name].channels for record in records], where)
             for name in names
         }
 

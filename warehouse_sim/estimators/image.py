@@ -108,8 +108,8 @@ class Detection:
             raise InputError(f"the model of a detection must be a name or an obj_id, found {shown(self.model)}")
         if not is_number(self.score):
             raise InputError(f"the score of a detection must be a number, found {shown(self.score)}")
-        if self.number is not None and not isinstance(self.number, (int, np.integer)):
-            raise InputError(f"the number of a detection must be a whole number, found {shown(self.number)}")
+        if self.number is not None and not (isinstance(self.number, (int, np.integer)) and self.number >= 0):
+            raise InputError(f"the number of a detection must be a whole number from 0, found {shown(self.number)}")
         if not isinstance(self.class_name, str) or not isinstance(self.may_be, (tuple, list)):
             raise InputError(
                 "class_name and may_be of a detection must be text and a list of names, "

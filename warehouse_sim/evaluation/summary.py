@@ -20,6 +20,7 @@ VISIBLE_FRACTION_EDGES = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Lower edges of the bins by visible fraction; the last bin ends at 1."""
 ILLUMINANCE_EDGES = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0)
 """Lower edges (lx) of the bins by light on the visible surface; the last bin has no end."""
+_AUC = "auc_add_10cm_posecnn"
 RESAMPLES, RESAMPLING_SEED = 1000, 0
 """Of the scenes, for the 95 % intervals."""
 
@@ -41,6 +42,12 @@ class Summary(Record):
     intervals: dict[str, tuple[Number, Number]] = field(metadata=STATED)
     """95 % intervals of the fraction-like metrics."""
 
+    def __post_init__(self) -> None:
+        for name, value in self.metrics.items():
+            is_fraction = not name.startswith("median_") and name != _AUC
+            if is_fraction and not np.isnan(value) and not (0.0 <= value <= 1.0 and name in self.intervals):
+                raise ValueError(f"metrics: {name} must be 0-1 with an interval, or null, found {value}")
+
 
 def summarise(label: str, table: ErrorTable) -> Summary:
     """Compute every metric of ``table``, which may be empty."""
@@ -49,7 +56,7 @@ def summarise(label: str, table: ErrorTable) -> Summary:
         applies = ~np.isnan(column)
         values[name] = float(column[applies].mean()) if applies.any() else np.nan
     if len(table):
-        values["auc_add_10cm_posecnn"] = posecnn_auc(table.add)
+        values[_AUC] = posecnn_auc(table.add)
         values |= median_values(table)
     intervals = fraction_intervals(columns, table.scene_id, RESAMPLES, RESAMPLING_SEED)
     found, dockable = int(table.found.sum()), int(table.dockable.sum())

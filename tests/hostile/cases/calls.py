@@ -72,7 +72,7 @@ _MAY_BE: dict[str, frozenset[str]] = {
     "any number": frozenset({"-1", "0", "3", "1.5", "1e300", "10**30"}),
     "flag": frozenset({"True"}),
     "mapping": frozenset({"{}"}),
-    "callback": frozenset({"a function"}),
+    "callback": frozenset({"a function", "a class"}),
     "estimator": frozenset({"a function"}),
     "point": frozenset({"[1, 2, 3]", "a vector"}),
     "depth": frozenset({"NaNs", "zeros"}),

@@ -56,7 +56,7 @@ def describe(name: str, reading: Reading) -> dict[str, ChannelContents]:
     }
 
 
-def merged(name: str, kind: str, described: Sequence[Described]) -> ReadingContents:
+def merged(name: str, kind: str, described: Sequence[Described], where: Path) -> ReadingContents:
     """Return what a sensor gives in a whole dataset: lengths that differ between observations are left open.
 
     Raises:
@@ -69,7 +69,7 @@ def merged(name: str, kind: str, described: Sequence[Described]) -> ReadingConte
             mine, theirs = channels.get(channel), other.get(channel)
             if mine is None or theirs is None or _kind(mine) != _kind(theirs):
                 raise DatasetError(
-                    f"sensor {name}: channel {channel} is not the same kind of array in all observations"
+                    f"{where}: sensor {name}: channel {channel} is not the same kind of array in all observations"
                 )
             shape = tuple(a if a == b else None for a, b in zip(mine.shape, theirs.shape, strict=True))
             channels[channel] = ChannelContents(mine.dtype, shape, mine.unit)

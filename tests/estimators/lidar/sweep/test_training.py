@@ -99,15 +99,19 @@ def test_a_camera_is_told_of_what_it_sees(run: Path, toy_root: Path) -> None:
             assert sum(left - 6 < u < right + 6 and top - 6 < v < bottom + 6 for u, v in middle) >= 1
 
 
-def test_lidar_direct_from_a_sweep_to_poses(
-    run: Path, toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    network, place = made_run(tmp_path / "network"), "warehouse_sim.estimators.lidar.direct"
+@pytest.fixture
+def network(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the run folder of a network that ``lidar-direct`` takes for its own, behind the trained detector."""
+    folder, place = made_run(tmp_path / "network"), "warehouse_sim.estimators.lidar.direct"
     monkeypatch.setattr(
-        pointcloud, "load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
+        pointcloud, "load_estimator", lambda name, config: Estimator(folder, replace(config, device="cpu"))
     )
     monkeypatch.setattr(f"{place}.model_names", lambda: ["detector-sweep"])
     monkeypatch.setattr(f"{place}.model_dir", lambda name: run)
+    return folder
+
+
+def test_lidar_direct_from_a_sweep_to_poses(run: Path, toy_root: Path, network: Path) -> None:
     poses = predict("lidar-direct", toy_root, "train", PredictConfig())
     # A run folder stands where the bundled name can.
     same = predict("lidar-direct", toy_root, "train", PredictConfig(detections=str(run)))
@@ -126,16 +130,9 @@ def test_lidar_direct_from_a_sweep_to_poses(
 
 
 @pytest.mark.real
-def test_recorded_sweeps_need_no_special_case(
-    run: Path, real_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("network")
+def test_recorded_sweeps_need_no_special_case(run: Path, real_data: Path) -> None:
     """KITTI's frames have no ids, no beams and no pallets: all is read, next to nothing is found."""
-    network, place = made_run(tmp_path / "network"), "warehouse_sim.estimators.lidar.direct"
-    monkeypatch.setattr(
-        pointcloud, "load_estimator", lambda name, config: Estimator(network, replace(config, device="cpu"))
-    )
-    monkeypatch.setattr(f"{place}.model_names", lambda: ["detector-sweep"])
-    monkeypatch.setattr(f"{place}.model_dir", lambda name: run)
     poses = predict("lidar-direct", real_data / "kitti", "val", PredictConfig(detections=str(run)))
     assert all(np.isfinite(item.T_camera_object).all() for item in poses)
     reader = DatasetReader(real_data / "kitti")

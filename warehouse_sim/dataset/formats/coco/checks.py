@@ -42,7 +42,7 @@ def instances(subject: Subject) -> Findings:
             key = f"{observation_name(image.scene_id, image.image_id)}.png"
             rows, whole = (table.get(key, []) for table in tables)
             _image_agrees(findings, subject, image, rows, whole)
-            numbers |= {row.get("id") for row in rows}
+            numbers |= {take(row, "id", int, f"{coco_layout(subject.root).annotations}: {key}") for row in rows}
             findings.count += len(rows)
     findings.require(
         len(numbers) == findings.count and 0 not in numbers,
