@@ -16,6 +16,14 @@ from tests.hostile.case import Case, Expectation
 from tests.hostile.mutants import Mutant, mutants
 from tests.hostile.stock import ESTIMATOR, FEW, RACK, Stock
 
+
+class _Takes:
+    """Can be called with anything, and does nothing."""
+
+    def __init__(self, *args: object) -> None:
+        pass
+
+
 VALUES: dict[str, Callable[[], Any]] = {
     "None": lambda: None,
     "-1": lambda: -1,
@@ -48,7 +56,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "{1}": lambda: {1},
     "a generator": lambda: iter([1]),
     "a function": lambda: lambda *args: None,
-    "a class": lambda: complex,
+    "a class": lambda: _Takes,
     "an object": object,
     "zeros": lambda: np.zeros((4, 4)),
     "NaNs": lambda: np.full((4, 4), np.nan),
