@@ -30,6 +30,13 @@ def test_another_byte_or_name_is_rejected(toy_copy: Path) -> None:
             require_checksum(changed)
 
 
+def test_an_empty_list_lists_nothing(toy_copy: Path) -> None:
+    path = toy_copy / "bop/models/obj_000001.ply"
+    path.with_name("SHA256SUMS").write_bytes(b"")
+    with pytest.raises(DatasetError, match="is not the file that SHA256SUMS lists"):
+        require_checksum(path)
+
+
 def test_a_dataset_without_checksums_says_nothing(toy_copy: Path) -> None:
     path = toy_copy / "bop/models/obj_000001.ply"
     (path.parent / "SHA256SUMS").unlink()

@@ -29,8 +29,8 @@ def damaged_surfaces(subject: Subject) -> Findings:
                 continue
             out = float((np.abs(mesh.vertices).max(axis=0) - subject.info(item.obj_id).size / 2).max())
             findings.require(out <= _MOST_OUT, f"{path}: stands out of its object's box by {out:.3f} m")
-            made_with = listed.get(path.relative_to(subject.root).as_posix())
-            findings.require(made_with in (None, file_sum(path)), f"{path}: is not the file that {CHECKSUMS} lists")
+            same = listed is None or listed.get(path.relative_to(subject.root).as_posix()) == file_sum(path)
+            findings.require(same, f"{path}: is not the file that {CHECKSUMS} lists")
     findings.examined = f"{findings.count} surfaces of damaged objects"
     return findings
 

@@ -51,15 +51,15 @@ def sealed_files(root: Path) -> list[str]:
     return sorted(path.relative_to(root).as_posix() for path in found if path.is_file())
 
 
-def read_checksums(folder: Path) -> dict[str, str]:
-    """Return the checksums of a folder's files by their names; none where it has no list.
+def read_checksums(folder: Path) -> dict[str, str] | None:
+    """Return the checksums of a folder's files by their names; None where it has no list.
 
     Raises:
         DatasetError: The list cannot be read.
     """
     path = folder / CHECKSUMS
     if not path.exists():
-        return {}
+        return None
     try:
         rows = (line.partition("  ") for line in path.read_text(encoding="utf-8").split("\n") if line)
         return {name: found for found, _, name in rows}
@@ -82,7 +82,7 @@ def broken_seals(root: Path, list_sum: str) -> Iterator[str]:
     path = root / CHECKSUMS
     if not path.is_file() or file_sum(path) != list_sum:
         raise DatasetError(f"{path}: is not the list that manifest.json names; copy or generate the dataset again")
-    listed = read_checksums(root)
+    listed = read_checksums(root) or {}
     there = set(sealed_files(root))
     for name in sorted(there | listed.keys()):
         if name not in there:
@@ -100,5 +100,5 @@ def require_checksum(path: Path) -> None:
         DatasetError: The file was changed, is not listed, or cannot be read.
     """
     listed = read_checksums(path.parent)
-    if listed and file_sum(path) != listed.get(path.name):
+    if listed is not None and file_sum(path) != listed.get(path.name):
         raise DatasetError(f"{path}: is not the file that {CHECKSUMS} lists; copy or generate the dataset again")
