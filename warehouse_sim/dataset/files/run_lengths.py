@@ -13,8 +13,8 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
 _FIRST_LETTER, _BITS, _MORE, _SIGN = 48, 5, 0x20, 0x10
-_MOST_DIGITS = 8
-"""Of a count: 40 bits."""
+_MOST_DIGITS = 6
+"""Of a count: 30 bits, more than an image has pixels."""
 
 
 def run_lengths(mask: Bool[np.ndarray, "h w"]) -> dict[str, Any]:
@@ -51,33 +51,46 @@ def mask_of_runs(runs: Any, shape: tuple[int, int], where: str) -> Bool[np.ndarr
         DatasetError: Not run lengths that fill the image exactly.
     """
     size, counts = (runs.get(key) if isinstance(runs, dict) else None for key in ("size", "counts"))
-    if size != list(shape):
+    height, width = shape
+    if size != [height, width]:
         raise DatasetError(f"{where}: a segmentation has the size {size!r}, its image {list(shape)} (h, w)")
     if isinstance(counts, str):
         counts = _counts_of_string(counts, where)
     if not isinstance(counts, list) or not all(type(count) is int and count >= 0 for count in counts):
         raise DatasetError(f"{where}: counts of a segmentation must be whole numbers >= 0, or COCO's string of them")
-    if sum(counts) != shape[0] * shape[1]:
-        raise DatasetError(f"{where}: the counts of a segmentation fill {sum(counts)} of {shape[0] * shape[1]} pixels")
+    if sum(counts) != height * width:
+        raise DatasetError(f"{where}: the counts of a segmentation fill {sum(counts)} of {height * width} pixels")
+    mask = np.zeros((height, width), dtype=bool)
+    if len(counts) < 2 or mask.size == 0:
+        return mask
+    # Only columns in use are made: most masks cover few of them.
+    counts = list(counts)
+    last = counts[-1] if len(counts) % 2 else 0
+    left, right = min(counts[0] // height, width - 1), width - last // height
+    counts[0] -= left * height
+    counts[-1] -= (width - right) * height if len(counts) % 2 else 0
     columns = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
-    return np.ascontiguousarray(columns.reshape(shape[1], shape[0]).T)
+    mask[:, left:right] = columns.reshape(right - left, height).T
+    return mask
 
 
 def _counts_of_string(text: str, where: str) -> list[int]:
-    counts: list[int] = []
-    number, digits = 0, 0
-    for letter in text:
-        code = ord(letter) - _FIRST_LETTER
-        if not 0 <= code < 2 * _MORE or digits == _MOST_DIGITS:
-            raise DatasetError(f"{where}: counts of a segmentation hold {letter!r} where COCO's string has none")
-        number |= (code & (_MORE - 1)) << (_BITS * digits)
-        digits += 1
-        if code & _MORE:
-            continue
-        if code & _SIGN:
-            number -= 1 << (_BITS * digits)
-        counts.append(number + (counts[-2] if len(counts) > 2 else 0))
-        number, digits = 0, 0
-    if digits:
+    codes = np.frombuffer(text.encode("utf-32-le"), np.uint32).astype(np.int64) - _FIRST_LETTER
+    index, ends = np.arange(len(codes)), codes & _MORE == 0
+    firsts = np.flatnonzero(np.concatenate([[True], ends[:-1]]))[: len(codes)]
+    # Of each letter, how many digits of its number are before it.
+    before = index - firsts[np.cumsum(np.concatenate([[0], ends[:-1]]))[: len(codes)].astype(int)]
+    wrong = (codes < 0) | (codes >= 2 * _MORE) | (before >= _MOST_DIGITS)
+    if wrong.any():
+        letter = text[int(np.argmax(wrong))]
+        raise DatasetError(f"{where}: counts of a segmentation hold {letter!r} where COCO's string has none")
+    if len(codes) and not ends[-1]:
         raise DatasetError(f"{where}: counts of a segmentation end within a number; copy the file again")
-    return counts
+    if not len(codes):
+        return []
+    numbers = np.add.reduceat((codes & (_MORE - 1)) << (_BITS * before), firsts)
+    numbers -= np.where(codes[ends] & _SIGN, 1 << (_BITS * (before[ends] + 1)), 0)
+    for start in (1, 2):
+        numbers[start::2] = np.cumsum(numbers[start::2])
+    found: list[int] = numbers.tolist()
+    return found
