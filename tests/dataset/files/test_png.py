@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.files.png import Filter, encode_png
+from warehouse_sim.dataset.files.png import Filter, decode_plain_png, encode_png, smaller_png
 from warehouse_sim.errors import DatasetError
 
 FILTERS: tuple[Filter, ...] = ("none", "sub", "up")
@@ -95,3 +95,30 @@ def test_the_same_image_gives_the_same_bytes_whatever_its_layout() -> None:
 def test_what_png_cannot_hold_is_rejected(image: np.ndarray) -> None:
     with pytest.raises(DatasetError, match="cannot be encoded as PNG"):
         encode_png(image, "sub")
+
+
+@pytest.mark.parametrize("small", [False, True])
+@pytest.mark.parametrize("row_filter", FILTERS)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_plain_files_are_decoded_as_opencv_does(row_filter: Filter, shape: tuple[int, int], small: bool) -> None:
+    for seed in range(3):
+        image = random_image(seed, shape, "grey16")
+        found = decode_plain_png(encode_png(image, row_filter, small), "here")
+        assert (found is None) == (row_filter == "sub")
+        assert found is None or np.array_equal(found, image)
+    assert decode_plain_png(encode_png(random_image(0, shape, "grey8"), row_filter), "here") is None
+
+
+def test_smaller_files_hold_the_same() -> None:
+    ramp = np.repeat(np.arange(400, dtype=np.uint16)[:, None], 300, axis=1) // 7 * 37
+    for image in (ramp, random_image(1, (61, 40), "grey16"), random_image(2, (61, 40), "grey16")):
+        data = smaller_png(image)
+        assert np.array_equal(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED), image)
+        assert len(data) <= min(len(encode_png(image, name)) for name in ("up", "none"))
+
+
+@pytest.mark.parametrize(("rows", "message"), [(5, "holds"), (80, "holds")])
+def test_plain_files_with_other_pixels_than_they_say_are_rejected(rows: int, message: str) -> None:
+    data = encode_png(random_image(0, (rows, 11), "grey16"), "up")
+    with pytest.raises(DatasetError, match=message):
+        decode_plain_png(data[:20] + (7).to_bytes(4, "big") + data[24:], "here")

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int32, UInt8, UInt16
 
 from warehouse_sim.dataset.files.extent import Source, read_bytes, where_of
-from warehouse_sim.dataset.files.png import encode_png, png_header_size_wh, require_whole_png
+from warehouse_sim.dataset.files.png import decode_plain_png, encode_png, png_header_size_wh, require_whole_png
 from warehouse_sim.errors import DatasetError
 
 _LARGEST = 65535
@@ -123,7 +123,10 @@ def decode_mask(path: Path) -> Bool[np.ndarray, "h w"]:
 
 def decode_depth(source: Source) -> UInt16[np.ndarray, "h w"]:
     """Read a 16-bit depth PNG in the file's own steps, 0 = no reading."""
-    image = _png_pixels(source)
+    data, where = read_bytes(source), where_of(source)
+    require_whole_png(data, where)
+    plain = decode_plain_png(data, where)
+    image = _pixels(data, where) if plain is None else plain
     if image.dtype != np.uint16 or image.ndim != 2:
         raise DatasetError(f"{where_of(source)}: expected 16-bit depth, found {image.dtype} of shape {image.shape}")
     return image
