@@ -52,7 +52,9 @@ def test_unknown_split_lists_the_known_ones(toy_root: Path) -> None:
 def test_dataset_without_bop_is_rejected(toy_copy: Path) -> None:
     data = json.loads((toy_copy / "manifest.json").read_text())
     (toy_copy / "manifest.json").write_text(json.dumps(data | {"formats": ["kitti"]}))
-    with pytest.raises(DatasetError, match=r"training and scoring read; .* --formats: bop, bop_webdataset, linemod$"):
+    with pytest.raises(
+        DatasetError, match=r"training and scoring read; .* --formats: bop, bop_compact, bop_webdataset, linemod$"
+    ):
         DatasetReader(toy_copy)
 
 

@@ -24,7 +24,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.errors import DatasetError, UnknownNameError
 
-KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
+KNOWN = "known: bop, bop_compact, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 
-KNOWN = "known: bop, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
+KNOWN = "known: bop, bop_compact, bop_webdataset, coco, folder, kitti, linemod, mcap, pcd, ply, yolo"
 
 pytestmark = pytest.mark.gl
 

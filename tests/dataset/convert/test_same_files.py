@@ -14,7 +14,7 @@ from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 
-SAME = ("yolo", "bop_webdataset", "linemod")
+SAME = ("yolo", "bop_webdataset", "bop_compact", "linemod")
 """Formats of which every file must be equal; COCO's panoptic needs ids of what is no target, which no file holds."""
 
 

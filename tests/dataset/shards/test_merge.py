@@ -16,7 +16,7 @@ from warehouse_sim.dataset.shards.shard import Shard, parse_shard
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError, InputError
 
-FORMATS = ("kitti", "bop", "bop_webdataset", "coco", "linemod", "yolo", "pcd", "mcap")
+FORMATS = ("kitti", "bop", "bop_webdataset", "bop_compact", "coco", "linemod", "yolo", "pcd", "mcap")
 
 
 def make_shard(root: Path, index: int, count: int, manifest: Manifest | None = None) -> Path:

@@ -18,6 +18,7 @@ from warehouse_sim.schema import ObjectModel, SceneSpec
 
 FORMATS = Registry("dataset format")
 FORMATS.add("bop", "warehouse_sim.dataset.formats.bop:FORMAT")
+FORMATS.add("bop_compact", "warehouse_sim.dataset.formats.bop.shards:COMPACT_FORMAT")
 FORMATS.add("bop_webdataset", "warehouse_sim.dataset.formats.bop.shards:FORMAT")
 FORMATS.add("coco", "warehouse_sim.dataset.formats.coco:FORMAT")
 FORMATS.add("folder", "warehouse_sim.dataset.formats.folder:FORMAT")

@@ -18,6 +18,7 @@ from warehouse_sim.dataset.formats.bop.external_image import held_out
 from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
 from warehouse_sim.dataset.formats.bop.external_split import KeyedSplit, ScenewiseSplit, is_scene, keyed_folder
 from warehouse_sim.dataset.formats.bop.layout import NAME, BopLayout
+from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT
 from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
 from warehouse_sim.dataset.formats.reader_base import Box, ReaderBase, box_mask, metres, require_size
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -56,8 +57,8 @@ def only_requested(root: Path, images: Sequence[ImageRecord]) -> list[ImageRecor
 
 
 def external_folder(root: Path) -> Path | None:
-    """Return ``root``, ``root/bop`` or ``root/bop_webdataset``: the first that has models and images of BOP, if any."""
-    for folder in (root, root / NAME, root / SHARDS):
+    """Return ``root`` or the folder of one of BOP's formats in it: the first that has models and images, if any."""
+    for folder in (root, root / NAME, root / SHARDS, root / COMPACT):
         if folder.is_dir() and model_folders(folder) and any(map(_holds_images, folder.iterdir())):
             return folder
     return None

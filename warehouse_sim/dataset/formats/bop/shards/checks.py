@@ -4,6 +4,7 @@ import json
 import tarfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,27 +15,26 @@ from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.labels import agree_with_record, decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL, Coding
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 
-_KINDS = ("rgb.png", "depth.png", "camera.json", "gt.json", "gt_info.json", "mask.json", "mask_visib.json")
-_CLEAN = ("rgb_clean.png", "depth_clean.png")
 
-
-def archives(subject: Subject) -> Findings:
+def archives(coding: Coding, subject: Subject) -> Findings:
     """Each split's shards are full but the last; members stand image by image, each once, with the kinds of all."""
-    findings, kinds = Findings(), sorted((*_KINDS, *(_CLEAN if subject.readable.has_clean else ())))
+    findings, kinds = Findings(), coding.kinds(subject.readable.has_clean)
+    layout = shards_layout(subject.root, coding.name)
     for split in SPLITS:
-        folder = shards_layout(subject.root).split(split)
+        folder = layout.split(split)
         images = len(subject.manifest.splits[split]) * subject.manifest.observations_per_scene
         count = -(-images // MOST_IMAGES)
         expected = {f"shard-{number:06d}.tar" for number in range(count)} | ({"key_to_shard.json"} if images else set())
         found = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         findings.require(found == expected, f"{folder}: holds {sorted(found ^ expected)[:3]} too many or too few")
         for number in range(count):
-            path = shards_layout(subject.root).shard(split, number)
+            path = layout.shard(split, number)
             with _opened(path) as archive:
                 names = archive.getnames()
             keys = list(dict.fromkeys(name.partition(".")[0] for name in names))
@@ -47,32 +47,31 @@ def archives(subject: Subject) -> Findings:
     return findings
 
 
-def rows(subject: Subject) -> Findings:
+def rows(coding: Coding, subject: Subject) -> Findings:
     """Cameras and poses are those of the scene records."""
     findings, count = Findings(), 0
     for image in subject.images():
-        where = f"{shards_layout(subject.root).split(image.split)}: scene {image.scene_id} image {image.image_id}"
+        folder = shards_layout(subject.root, coding.name).split(image.split)
+        where = f"{folder}: scene {image.scene_id} image {image.image_id}"
         agree_with_record(findings, subject, image, where)
         count += len(image.targets)
     findings.examined = f"{count} poses, equal to the scene records"
     return findings
 
 
-def masks(subject: Subject) -> Findings:
+def masks(coding: Coding, subject: Subject) -> Findings:
     """Run lengths, decoded by pycocotools, lie in each other, do not overlap, and have the stored counts."""
     findings = Findings()
     for split in SPLITS:
         images = {(image.scene_id, image.image_id): image for image in subject.readable.images(split)}
         for number in range(-(-len(images) // MOST_IMAGES)):
-            _masks_of_shard(findings, subject, split, number, images)
+            path = shards_layout(subject.root, coding.name).shard(split, number)
+            _masks_of_shard(findings, path, images)
     findings.examined = f"{findings.count} pairs of masks"
     return findings
 
 
-def _masks_of_shard(
-    findings: Findings, subject: Subject, split: Split, number: int, images: dict[tuple[int, int], ImageRecord]
-) -> None:
-    path = shards_layout(subject.root).shard(split, number)
+def _masks_of_shard(findings: Findings, path: Path, images: dict[tuple[int, int], ImageRecord]) -> None:
     with _opened(path) as archive:
         for name in [name for name in archive.getnames() if name.endswith(".mask.json")]:
             key, where = name.partition(".")[0], f"{path}/{name}"
@@ -114,9 +113,13 @@ def _opened(path: Path) -> Iterator[tarfile.TarFile]:
         raise DatasetError(f"{path}: cannot be read ({problem}); generate the dataset again") from problem
 
 
-CHECKS = (
-    NamedCheck("bop_webdataset shards", archives),
-    NamedCheck("bop_webdataset rows", rows),
-    NamedCheck("bop_webdataset masks", masks),
-    NamedCheck("bop_webdataset poses on images", poses.projection),
-)
+def _checks(coding: Coding) -> tuple[NamedCheck, ...]:
+    return (
+        NamedCheck(f"{coding.name} shards", partial(archives, coding)),
+        NamedCheck(f"{coding.name} rows", partial(rows, coding)),
+        NamedCheck(f"{coding.name} masks", partial(masks, coding)),
+        NamedCheck(f"{coding.name} poses on images", poses.projection),
+    )
+
+
+CHECKS, COMPACT_CHECKS = _checks(LOSSLESS), _checks(SMALL)

@@ -7,8 +7,8 @@ from pathlib import Path
 from warehouse_sim.dataset.formats.bop.layout import BopLayout
 from warehouse_sim.dataset.layout import DatasetLayout
 
-NAME = "bop_webdataset"
-"""Of the format and of its folder in a dataset."""
+NAME, COMPACT = "bop_webdataset", "bop_compact"
+"""Of the formats and of their folders in a dataset."""
 MOST_IMAGES = 1000
 """Of one shard, as bop_toolkit's own converter has it."""
 KEY_TO_SHARD = "key_to_shard.json"
@@ -50,6 +50,6 @@ class ShardsLayout:
         return self.parts / f"{scene_id:06d}.tar"
 
 
-def shards_layout(root: Path) -> ShardsLayout:
-    """Return the paths of the shards of a dataset."""
-    return ShardsLayout(DatasetLayout(root).format_folder(NAME))
+def shards_layout(root: Path, name: str = NAME) -> ShardsLayout:
+    """Return the paths of the shards of a dataset in the format ``name``."""
+    return ShardsLayout(DatasetLayout(root).format_folder(name))

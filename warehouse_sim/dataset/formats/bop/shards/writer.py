@@ -1,16 +1,16 @@
 """Write BOP shards: each scene into an archive of its own, by any process; the last step streams them into shards."""
 
-import json
 import tarfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 from warehouse_sim.dataset.files.extent import Extent
+from warehouse_sim.dataset.files.jpeg import QUALITY
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.shards.archive import Members, add_image, list_members, writing_archive
+from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL, Coding
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, shards_layout
 from warehouse_sim.dataset.formats.bop.writer import TargetLists, require_known, write_preface
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -100,34 +100,48 @@ _INFO = f"""\
 """
 
 
+_COMPACT_INFO = f"""\
+- Colours are JPEG of quality {QUALITY} with halved colour differences; depth is exact. Run lengths are COCO's strings.
+"""
+
+
 class ShardsWriter(WriterBase):
     """Write scenes as ``bop_webdataset/{train,val,test}/shard-%06d.tar``."""
 
+    coding: ClassVar[Coding] = LOSSLESS
+
     def __init__(self, root: Path, manifest: Manifest) -> None:
         super().__init__(root, manifest)
-        self._layout = shards_layout(root)
+        self._layout = shards_layout(root, self.coding.name)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
-        write_preface(self._layout.root, self._manifest, models, camera, _INFO)
+        text = _INFO + (_COMPACT_INFO if self.coding.compact else "")
+        write_preface(self._layout.root, self._manifest, models, camera, text)
         make_folder(self._layout.parts)
 
     def scene(self, scene: SceneSpec) -> "ShardsSceneWriter":
         """Open a scene again."""
         path = self._layout.part(scene.scene_index)
         make_folder(path.parent)
-        return ShardsSceneWriter(path, self._objects, self._manifest.contents.clean)
+        return ShardsSceneWriter(path, self._objects, self._manifest.contents.clean, self.coding)
 
     def finish(self) -> None:
         """Stream the scenes into shards; write the tables of keys and the targets of the test split."""
         merge(self._layout, self._manifest)
 
 
+class CompactWriter(ShardsWriter):
+    """Write scenes as ``bop_compact/{train,val,test}/shard-%06d.tar``."""
+
+    coding: ClassVar[Coding] = SMALL
+
+
 class ShardsSceneWriter(SceneWriterBase):
     """Write the images of one scene into an archive of their own, each as it comes."""
 
-    def __init__(self, path: Path, objects: Mapping[int, ObjectInfo], clean: bool) -> None:
-        self._path, self._objects, self._clean = path, objects, clean
+    def __init__(self, path: Path, objects: Mapping[int, ObjectInfo], clean: bool, coding: Coding) -> None:
+        self._path, self._objects, self._clean, self._coding = path, objects, clean, coding
         self._open = ExitStack()
         with writing(path):
             # What an interrupted run left of it is overwritten; until the scene is complete, nobody reads it.
@@ -141,21 +155,11 @@ class ShardsSceneWriter(SceneWriterBase):
         Raises:
             DatasetError: A label names a geometry that the dataset does not have, or a depth does not fit.
         """
-        observation, targets = files.observation, files.targets
+        observation = files.observation
         where = f"BOP, scene {observation.scene_index}, observation {observation.observation_index}"
-        for target in targets:
+        for target in files.targets:
             require_known(target.annotation.obj_id, self._objects, where)
-        members = {
-            "rgb.png": files.rgb.data,
-            "depth.png": files.depth_mm.data,
-            "camera.json": _json(camera_row(observation)),
-            "gt.json": _json([pose_row(target.annotation) for target in targets]),
-            "gt_info.json": _json([visibility_row(target, observation.rgbd.depth) for target in targets]),
-            "mask.json": _json({str(i): target.runs for i, target in enumerate(targets)}),
-            "mask_visib.json": _json({str(i): target.runs_visible for i, target in enumerate(targets)}),
-        }
-        if self._clean:
-            members |= {"rgb_clean.png": files.rgb_clean.data, "depth_clean.png": files.depth_clean_mm.data}
+        members = self._coding.members(files, self._clean)
         with writing(self._path):
             add_image(self._archive, observation_name(observation.scene_index, observation.observation_index), members)
 
@@ -163,7 +167,3 @@ class ShardsSceneWriter(SceneWriterBase):
         """Close the archive."""
         with writing(self._path):
             self._open.close()
-
-
-def _json(data: Any) -> bytes:
-    return json.dumps(data, allow_nan=False).encode("ascii")
