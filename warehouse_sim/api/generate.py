@@ -16,6 +16,7 @@ from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import DatasetError, InputError
+from warehouse_sim.generation.estimate import Estimate, estimate
 from warehouse_sim.generation.generate import generate as make_dataset
 from warehouse_sim.generation.hand_made_dataset import HandMadeDataset
 from warehouse_sim.generation.plan import GenerateConfig, default_formats
@@ -86,6 +87,11 @@ def generate(
     return Dataset(out)
 
 
+def plan_cost(recipe: ResolvedRecipe, config: GenerateConfig, out: Path) -> Estimate:
+    """Return what ``write_dataset`` with the same arguments would cost; nothing is written to ``out``."""
+    return estimate(recipe, _complete(recipe, config), out)
+
+
 def write_dataset(
     recipe: ResolvedRecipe,
     out: Path,
@@ -102,9 +108,12 @@ def write_dataset(
     """
     if config.overwrite and config.resume:
         raise InputError("overwrite begins again and resume goes on; give one of them")
-    complete = config if config.formats else replace(config, formats=default_formats(recipe))
+    return make_dataset(recipe, out, _complete(recipe, config), progress or (lambda done, total: None))
+
+
+def _complete(recipe: ResolvedRecipe, config: GenerateConfig) -> GenerateConfig:
     checked_options(config.backend, config.backend_options)
-    return make_dataset(recipe, out, complete, progress or (lambda done, total: None))
+    return config if config.formats else replace(config, formats=default_formats(recipe))
 
 
 def _resolved(recipe: str | Path | Recipe | ResolvedRecipe) -> ResolvedRecipe:

@@ -16,12 +16,13 @@ from warehouse_sim.optional import require_extra
 if TYPE_CHECKING:
     from warehouse_sim.dataset.manifest import Manifest
     from warehouse_sim.generation.plan import GenerateConfig
+    from warehouse_sim.generation.recipe import Recipe
 
 
 def generate(
     recipe: tyro.conf.Positional[str | None] = None,
     *,
-    out: Path,
+    out: Path | None = None,
     merge: tuple[Path, ...] = (),
     scenes: int | None = None,
     seed: int = 0,
@@ -37,6 +38,8 @@ def generate(
     scene_limit: float | None = None,
     skip_failed: bool = False,
     overwrite: bool = False,
+    plan: bool = False,
+    max_gb: float | None = None,
 ) -> None:
     """Sample, settle, render and label scenes; ``manifest.json`` is written last.
 
@@ -61,8 +64,13 @@ def generate(
         scene_limit: Seconds that a try of a scene may take; by default 600 for each of its observations.
         skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
         overwrite: Remove the dataset that stands in the folder first.
+        plan: Make one scene apart, say what the dataset costs, and write nothing to ``--out``.
+        max_gb: Stop before the folder takes more than this (GB); ``--resume`` goes on.
     """
     count = processes(workers)
+    if out is None and not plan:
+        raise InputError("generate needs --out DIR, the folder to make; only --plan does without")
+    out = out or Path()
     if (recipe is None) == (not merge):
         raise InputError("generate takes a recipe or --merge DIR [...]; see warehouse-sim list recipes")
     if overwrite and resume:
@@ -71,7 +79,7 @@ def generate(
         of_recipes = {
             "scenes": scenes, "seed": seed, "formats": formats, "backend": backend != "raster", "samples": samples,
             "backend-options": backend_options, "denoise": denoise, "difficulty": difficulty, "workers": workers,
-            "shard": shard, "scene-limit": scene_limit,
+            "shard": shard, "scene-limit": scene_limit, "plan": plan, "max-gb": max_gb,
         }  # fmt: skip
         given = [f"--{name}" for name, value in of_recipes.items() if value not in (None, False, 0, ())]
         if given:
@@ -100,7 +108,11 @@ def generate(
         shard=None if shard is None else parse_shard(shard),
         scene_limit_s=scene_limit,
         skip_failed=skip_failed,
+        max_gb=max_gb,
     )
+    if plan:
+        _print_plan(chosen, config, out)
+        return
     alone = partial(_alone, recipe, difficulty, config, scenes or chosen.scenes, out)
     try:
         with count_progress("scenes") as progress:
@@ -114,6 +126,23 @@ def generate(
         finish(out, "validate", out)
     else:
         finish(out, "generate", "--merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
+
+
+def _print_plan(recipe: "Recipe", config: "GenerateConfig", out: Path) -> None:
+    """Print what the dataset will cost and hold."""
+    from warehouse_sim.api.generate import plan_cost
+
+    found = plan_cost(recipe, config, out)
+    print(f"scenes: {found.scenes} of {found.observations_per_scene} observations, judged by one of them")
+    print(f"time: {found.cpu_hours:.2f} CPU-hours, {found.wall_hours:.2f} h with {found.workers} workers")
+    each = 1e6 / (found.scenes * found.observations_per_scene)
+    for name, size in {**found.gb_by_folder, "together": found.gb}.items():
+        print(f"{name}: {size:.3f} GB, {size * each:.0f} kB an observation")
+    print(f"an observation: {found.targets:.1f} targets, {found.dockable:.1f} pallets that can be docked at")
+    limit = "" if config.max_gb is None else f", --max-gb {config.max_gb:g}"
+    print(f"free disk: {found.free_gb:.1f} GB{limit}")
+    if found.gb > min(found.free_gb, config.max_gb or found.free_gb):
+        say("the dataset does not fit; make fewer scenes, or name fewer formats")
 
 
 def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool, overwrite: bool) -> None:

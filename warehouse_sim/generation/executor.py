@@ -6,7 +6,7 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
@@ -19,7 +19,7 @@ Work = Callable[[int], Any]
 """Makes the scene of that index."""
 OpenWork = Callable[[], AbstractContextManager[Work]]
 """Opens what a process needs for all its scenes, such as a renderer; can be pickled."""
-Made = Iterator[tuple[int, Any]]
+Made = Generator[tuple[int, Any], None, None]
 """Scene indices with what the work returned."""
 
 _OPENED = "opened"

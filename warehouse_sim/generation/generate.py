@@ -1,7 +1,7 @@
 """Many scenes become a dataset: in this process or in several, from the start or where a run was stopped."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
+from warehouse_sim.generation.allowance import Allowance
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
@@ -54,7 +55,7 @@ def generate(
         DatasetError: The folder holds something else, a format cannot hold the data, or a setting is out of range.
         SettleError: A scene does not stand in any attempt, unless ``config.skip_failed``; its ``scenes`` names it.
         RenderError: No renderer can be opened.
-        OutputError: Another process writes the folder, or it cannot be written.
+        OutputError: Another process writes the folder, it cannot be written, or it would exceed ``config.max_gb``.
         WorkerError: Scenes ended every worker that made them, or took too long; all else is kept for
             ``config.resume``. With ``config.skip_failed``, more than a tenth of them did.
     """
@@ -72,10 +73,14 @@ def generate(
         store = DatasetStore(out, manifest)
         store.begin(plan.models, plan.camera, config.resume, config.shard)
         pending = [index for index in store.pending() if index in wanted]
+        allowance = Allowance(out, config.max_gb, len(wanted) - len(pending), config.workers)
         progress(len(wanted) - len(pending), len(wanted))
+        allowance.require_room(len(wanted) - len(pending), len(wanted))
         made = make_scenes(work, config.seed, pending, config.workers, limit_s, skip)
-        for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
-            progress(finished, len(wanted))
+        with closing(made):
+            for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
+                progress(finished, len(wanted))
+                allowance.require_room(finished, len(wanted))
         if config.shard is None:
             return store.finish(skipped)
     return manifest.without(skipped) if len(skipped) < manifest.scenes else manifest

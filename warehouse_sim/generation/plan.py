@@ -30,7 +30,7 @@ from warehouse_sim.schema import ObjectModel
 @dataclass(frozen=True)
 @ranged
 class GenerateConfig:
-    """How a dataset is made; workers, ``resume``, ``overwrite`` and ``scene_limit_s`` decide none of its bytes."""
+    """How a dataset is made; ``workers``, ``resume``, ``overwrite`` and both limits decide none of its bytes."""
 
     scenes: Annotated[int, Range(1, 1_000_000)] | None = None
     """Number of scenes, 1-1,000,000; the recipe's own number by default."""
@@ -54,6 +54,8 @@ class GenerateConfig:
     """How long a try of a scene may take, 1-10,000,000 s; None = ten minutes for each of its observations."""
     skip_failed: bool = False
     """Do without scenes that failed twice; the manifest names them."""
+    max_gb: Annotated[float, Range(0.001, 1_000_000, "GB")] | None = None
+    """Stop before the folder takes more than this, 0.001-1,000,000 GB; None = as much as it does."""
 
 
 def default_formats(recipe: Recipe) -> tuple[str, ...]:
