@@ -11,6 +11,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
 from warehouse_sim.learning.settings import Progress
+from warehouse_sim.processes import keep_freed_memory
 
 ReadRows = Callable[[ImageRecord], Arrays | None]
 """Gives some rows of each array for an image; None where it shows nothing."""
@@ -87,6 +88,7 @@ def reports_reading(progress: Progress | None, split: str, reader: DatasetReader
 def _read(
     read: ReadRows, images: Sequence[ImageRecord], workers: int, progress: Callable[[float], None] | None
 ) -> Iterator[Arrays]:
+    keep_freed_memory()
     with ThreadPoolExecutor(workers) as pool:
         for done, rows in enumerate(pool.map(read, images), start=1):
             if rows is not None:
