@@ -18,9 +18,9 @@ from warehouse_sim.estimators.train import train
 CONFIG = TrainConfig(max_minutes=None, max_steps=3, batch=4, validations=1, precision="32", threads=1, workers=1)
 
 
-@pytest.fixture(scope="module")
-def shards(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_dataset(tmp_path_factory.mktemp("shards") / "data", make_manifest(formats=("bop_webdataset",)))
+@pytest.fixture(scope="module", params=["bop_webdataset", "bop_compact"])
+def shards(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_dataset(tmp_path_factory.mktemp("shards") / "data", make_manifest(formats=(request.param,)))
 
 
 def weights(data: Path, run: Path, config: TrainConfig, cache: Path) -> dict[str, torch.Tensor]:
