@@ -18,11 +18,15 @@ import tyro
 
 from benchmarks.estimators.data import FOLDER as POSE_FOLDER
 from benchmarks.estimators.data import Data, made
+from benchmarks.estimators.train import FIRST
 from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
+from benchmarks.front_ends.warehouses import finished
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
+from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig, with_preset
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train, trainable
+from warehouse_sim.learning.settings import LoopConfig
 
 _AT_ONCE = 4
 """Datasets that are generated side by side: the meshes of a dataset are made by one process."""
@@ -32,9 +36,9 @@ _AT_ONCE = 4
 class Plan:
     """How one front end is trained."""
 
-    config: DetectorConfig | SegmenterConfig | SweepDetectorConfig
+    config: DetectorConfig | SegmenterConfig | SweepDetectorConfig | TrainConfig
     """How."""
-    own: tuple[Data, ...]
+    own: tuple[Data, ...] = ()
     """Sets made for front ends."""
     pose: tuple[Data, ...] = ()
     """Sets of the pose estimators beside them."""
@@ -78,6 +82,15 @@ PLANS = {
     "detector-sweep": Plan(_SWEEPS, WITH_SWEEPS, init="detector-depth"),
 }
 """By method, those first whose weights chains need most."""
+_WIDE = replace(_DETECTOR, input_wh=(640, 384))
+"""A warehouse's pallets are small: a D455's image at three quarters of its size."""
+IN_WAREHOUSES = {
+    "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
+    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",))),
+    "densefusion-depth": Plan(with_preset(replace(FIRST.config, objects=("pallet",)), "robust")),
+    "detector-rgb": Plan(replace(_WIDE, classes=TARGETS)),
+}
+"""Trained on the parts of ``warehouses`` alone, in any layout."""
 
 
 def main(
@@ -93,6 +106,8 @@ def main(
     pose_sets: bool = True,
     generate_only: bool = False,
     cache_only: bool = False,
+    warehouses: Path | None = None,
+    init: str = "",
 ) -> None:
     """Train what is not trained yet; runs that were interrupted go on.
 
@@ -109,8 +124,15 @@ def main(
         pose_sets: Train on those, too.
         generate_only: Make the data and stop.
         cache_only: Read all images into the cache and stop, one process a method.
+        warehouses: Train on the finished parts of this folder alone, see ``benchmarks.front_ends.warehouses``.
+        init: Bundled weights or run folder that training on warehouses begins with.
     """
     kept, pose = cache or folder / "cache", pose_folder if pose_sets else None
+    if warehouses is not None:
+        for name in methods or tuple(IN_WAREHOUSES):
+            plan = IN_WAREHOUSES[name].limited(minutes, steps, batch, workers, threads)
+            _train(name, finished(warehouses), folder / "runs" / name, plan.config, kept, init)
+        return
     plans = {
         name: PLANS[name].limited(minutes, steps, batch, workers, threads) for name in in_order(methods or tuple(PLANS))
     }
@@ -121,13 +143,17 @@ def main(
         _at_once([partial(read_ahead, name, plan, folder, pose, kept) for name, plan in plans.items()], len(plans))
         return
     for name, plan in plans.items():
-        run = folder / "runs" / name
-        if not (run / "result.json").is_file():
-            init, resume = folder / "runs" / plan.init, run.exists()
-            started = init if plan.init and not resume and (init / "result.json").is_file() else None
-            data = plan.folders(folder, pose, workers)
-            train(name, data, run, plan.config, resume=resume, init=started, cache=kept)
-            print(f"{name}: {(run / 'result.json').read_text()}")
+        first = folder / "runs" / plan.init
+        started = str(first) if plan.init and (first / "result.json").is_file() else ""
+        _train(name, plan.folders(folder, pose, workers), folder / "runs" / name, plan.config, kept, started)
+
+
+def _train(name: str, data: Sequence[Path], run: Path, config: LoopConfig, cache: Path, init: str) -> None:
+    """Train unless that is done, or go on with it."""
+    if not (run / "result.json").is_file():
+        resume = run.exists()
+        train(name, data, run, config, resume=resume, init=None if resume else init or None, cache=cache)
+        print(f"{name}: {(run / 'result.json').read_text()}")
 
 
 def in_order(methods: Sequence[str]) -> list[str]:
