@@ -65,7 +65,8 @@ def generate(
         skip_failed: Do without scenes that failed twice; ``manifest.json`` names them under ``missing``.
         overwrite: Remove the dataset that stands in the folder first.
         plan: Make one scene apart, say what the dataset costs, and write nothing to ``--out``.
-        max_gb: Stop before the folder takes more than this (GB); ``--resume`` goes on.
+        max_gb: Stop before the folder takes more than this (GB), from the first scene of each worker on; ``--resume``
+            goes on.
     """
     count = processes(workers)
     if out is None and not plan:
