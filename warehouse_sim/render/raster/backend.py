@@ -52,7 +52,7 @@ class ImageTargets:
         stored = np.empty((height, width), np.float32)
         self._color_texture.read_into(rgba)
         self.geometry.instance_mask.read_into(instance_mask)
-        self.geometry.depth.read_into(stored)
+        self.geometry.exact_depth.read_into(stored)
         reach = np.empty((height, width, 4), np.uint8)
         self.geometry.reach.read_into(reach)
         self._smoother.smooth(rgba, reach, stored)

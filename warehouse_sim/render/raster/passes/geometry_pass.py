@@ -29,12 +29,14 @@ class GeometryBuffer:
         self.surface = context.texture(size, 2, dtype="u4")
         self.reach = context.texture(size, 4)
         self.paint = context.texture(size, 4)
+        self.exact_depth = context.texture(size, 1, dtype="f4")
+        """As ``depth``, right to its rounding where interpolation is not."""
         self.depth = float_depth_texture(context, size)
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth.compare_func = ""
-        for texture in (self.instance_mask, self.surface, self.reach, self.paint):
+        for texture in (self.instance_mask, self.surface, self.reach, self.exact_depth, self.paint):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        colours = [self.instance_mask, self.surface, self.reach]
+        colours = [self.instance_mask, self.surface, self.reach, self.exact_depth]
         self.target = context.framebuffer(colours, self.depth)
         # Most parts leave the paint as it is: their material says that there is none to read.
         self.painted = context.framebuffer([*colours, self.paint], self.depth)
@@ -47,10 +49,12 @@ class GeometryBuffer:
         clear_to_zero(0, "i")
         clear_to_zero(1, "ui")
         clear_to_zero(2, "f")
+        clear_to_zero(3, "f")
 
     def release(self) -> None:
         """Free the device memory."""
-        for item in (self.target, self.painted, self.instance_mask, self.surface, self.reach, self.paint, self.depth):
+        textures = (self.instance_mask, self.surface, self.reach, self.exact_depth, self.paint, self.depth)
+        for item in (self.target, self.painted, *textures):
             item.release()
 
 
@@ -67,6 +71,8 @@ _LOOKS = 2
 _KINDS = {"plain": ("plain.glsl", "plain.glsl"), "ribs": ("ribs.vert.glsl", "ribs.frag.glsl")}
 _KINDS["picture"] = ("picture.vert.glsl", "picture.frag.glsl")
 _PICTURES_UNIT = 1
+_TRUSTED = 5e-4
+"""Interpolated depth stays where it agrees with the plane of its face to this fraction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +98,7 @@ class GeometryPass:
         self._programs = {
             kind: context.program(
                 vertex_shader=source("place.glsl", "pack.glsl", "box_projection.glsl", vertex, "gbuffer.vert"),
-                fragment_shader=source("pack.glsl", fragment, "gbuffer.frag"),
+                fragment_shader=source("pack.glsl", fragment, "gbuffer.frag", TRUSTED=_TRUSTED),
             )
             for kind, (vertex, fragment) in _KINDS.items()
         }

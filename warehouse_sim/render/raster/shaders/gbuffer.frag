@@ -2,12 +2,17 @@ flat in int instance_id;
 flat in uvec2 surface;
 in vec2 texture_coordinate;
 in vec4 to_edge;              // linear on the face, 0 on an edge of it
+flat in vec4 plane;           // n, n . p
+
+uniform vec4 intrinsics;      // as in place.glsl
+uniform float near;
 
 // What a kind of part adds: nothing; the albedo of a picture in paint; another normal in words,
 // and edges that are no borders.
 layout(location = 0) out int out_instance_id;
 layout(location = 1) out uvec2 out_surface;
 layout(location = 2) out vec4 out_reach;
+layout(location = 3) out float out_depth;  // near / z, as in the depth buffer
 
 float most(vec4 v) {
     return max(max(v.x, v.y), max(v.z, v.w));
@@ -30,10 +35,19 @@ vec4 reach() {
     return vec4(most(side_before), most(side_after), most(before - side_before), most(after - side_after)) / 255.0;
 }
 
+// Interpolated, except where that is wrong: a strip that is long, thin and begins behind the camera has corners so far
+// outside the image that rounding decides its gradient. There it is the depth of the face's plane on the pixel's ray.
+float exact_depth() {
+    vec3 ray = vec3((gl_FragCoord.xy - intrinsics.zw) / intrinsics.xy, 1.0);
+    float of_plane = near * dot(plane.xyz, ray) / plane.w;
+    return abs(of_plane - gl_FragCoord.z) < TRUSTED * gl_FragCoord.z || of_plane <= 0.0 ? gl_FragCoord.z : of_plane;
+}
+
 void main() {
     out_instance_id = instance_id;
     uvec2 words = surface;
     ADD_LOOK(words)
     out_surface = uvec2(words.x, words.y | pack_tile(texture_coordinate));
     out_reach = reach();
+    out_depth = exact_depth();
 }

@@ -4,6 +4,7 @@ flat out int instance_id;
 flat out uvec2 surface;      // see pack.glsl
 out vec2 texture_coordinate;
 out vec4 to_edge;
+flat out vec4 plane;         // of the face in the camera frame: unit normal n, and n . p of its points p (m)
 
 void main() {
     vec3 n = normalize(in_normal / in_scale);
@@ -12,6 +13,8 @@ void main() {
     surface = pack_surface(in_rotation * n, in_rotation * projected.tangent, uint(in_identity.y));
     texture_coordinate = projected.tile;
     to_edge = in_to_edge;
-    gl_Position = clip_position(camera_position(), origin);
+    vec3 p = camera_position(), facing = in_rotation * n;
+    plane = vec4(facing, dot(facing, p));
+    gl_Position = clip_position(p, origin);
     ADD_VARYINGS(n, projected)
 }

@@ -4,7 +4,7 @@ uniform sampler2DArray pictures;  // linear albedo multiplied by its cover
 flat in float layer;
 in vec2 picture_coordinate;
 
-layout(location = 3) out vec4 out_paint;  // square roots, which keep dark tones apart in eight bits
+layout(location = 4) out vec4 out_paint;  // square roots, which keep dark tones apart in eight bits
 
 const float MOST_TAPS = 4.0;
 

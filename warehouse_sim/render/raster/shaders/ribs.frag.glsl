@@ -10,7 +10,7 @@ flat in mat3 to_camera;
 flat in uint row;
 in vec3 place;
 
-layout(location = 3) out vec4 out_paint;  // as in picture.frag.glsl
+layout(location = 4) out vec4 out_paint;  // as in picture.frag.glsl
 
 const float FINEST = 5e-4;   // metres: below, a pixel sees one facet
 
