@@ -203,8 +203,7 @@ def tilted(u: float, up: float) -> np.ndarray:
     return np.broadcast_to(np.round(128 + 127 * normal[::-1]), (64, 64, 3)).astype(np.uint8)
 
 
-@pytest.mark.parametrize("size", [(0.6, 0.4, 0.4), (0.4, 0.6, 0.4)])
-@pytest.mark.parametrize("turn", [0.0, 0.7, 2.5])
+@pytest.mark.parametrize(("size", "turn"), [((0.6, 0.4, 0.4), 0.0), ((0.4, 0.6, 0.4), 0.7), ((0.6, 0.4, 0.4), 2.5)])
 def test_a_normal_map_leans_the_light_and_nothing_else(
     renderer: Renderer, own_textures: Path, size: tuple[float, float, float], turn: float
 ) -> None:

@@ -115,12 +115,14 @@ def test_each_of_eight_lights_has_its_shadow(renderer: Renderer) -> None:
 
     under = CAMERA.project((np.linalg.inv(view) @ np.array([0.0, 0.0, 0.0, 1.0]))[:3])
     pixel = round(float(under[1])), round(float(under[0]))
+
+    def under_the_plate(strong: int, shadow: bool) -> float:
+        scene = make_scene(models, placed, lights(strong, shadow), materials=BLACK, ambient=0.0)
+        return render_rgb(renderer, scene, view)[pixel][0]
+
+    unshaded = under_the_plate(0, False)  # all eight stand equally far from the point
     for strong in range(8):
-        shaded, unshaded = (
-            render_rgb(renderer, make_scene(models, placed, lights(strong, shadow), materials=BLACK, ambient=0.0), view)
-            for shadow in (True, False)
-        )
-        assert shaded[pixel][0] < 0.2 * unshaded[pixel][0]
+        assert under_the_plate(strong, True) < 0.2 * unshaded
 
 
 def test_in_a_hall_the_shade_under_a_low_shelf_is_dark_to_its_edge(renderer: Renderer) -> None:
