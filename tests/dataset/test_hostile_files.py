@@ -129,6 +129,11 @@ def test_no_content_breaks_the_checks(small: Path, tmp_path: Path, file: str, co
     (root / file).write_bytes(content)
     rejected = verdict(root)
     assert rejected or (file == "bop/test_targets_bop19.json" and content == b"[]")
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_folder_in_place_of_a_file_is_rejected(small: Path, tmp_path: Path, file: str) -> None:
+    root = Path(shutil.copytree(small, tmp_path / "copy"))
     (root / file).unlink()
     (root / file).mkdir()
     assert verdict(root)
