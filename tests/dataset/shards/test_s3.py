@@ -130,6 +130,8 @@ def test_places_that_are_not_there_are_one_line(bucket: str, tmp_path: Path, mon
     with pytest.raises(DatasetError, match=r"shard-000009\.tar: cannot be read"):
         unpack_shard(bucket, packed_name(9), tmp_path)
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")  # nobody listens
+    monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")  # it answers no later try either
+    monkeypatch.setattr(fsspec.get_filesystem_class("s3"), "retries", 1)
     fsspec.get_filesystem_class("s3").clear_instance_cache()
     with pytest.raises(DatasetError, match="cannot be read"):
         stored_shards(bucket)
