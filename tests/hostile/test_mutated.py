@@ -39,8 +39,8 @@ def test_five_thousand_mutated_inputs(tmp_path: Path) -> None:
 
 
 @pytest.mark.gl
-def test_a_hundred_mutated_inputs(tmp_path: Path) -> None:
-    cases = pick(make_stock(tmp_path / "stock", whole=False), 100, SEED)
+def test_sixty_mutated_inputs(tmp_path: Path) -> None:
+    cases = pick(make_stock(tmp_path / "stock", whole=False), 60, SEED)
     found = findings(cases, try_cases(cases, 1, tmp_path))
     assert not found, "\n".join([f"{len(found)} findings", *found])
 
