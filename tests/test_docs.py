@@ -2,6 +2,7 @@
 
 import io
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -49,10 +50,15 @@ def test_the_pages_with_samples_are_known() -> None:
     assert {"README.md", "backends.md", "custom_objects.md", "dataset.md", "estimators.md"} <= {p.name for p in PAGES}
 
 
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_dataset(tmp_path_factory.mktemp("docs") / "data")
+
+
 @pytest.mark.gl
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_samples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    make_dataset(tmp_path / "out" / "demo" / "data")
+def test_samples_run(page: Path, toy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(toy, tmp_path / "out" / "demo" / "data")
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())  # of programs
