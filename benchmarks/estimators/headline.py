@@ -38,7 +38,7 @@ class Headline:
 
 def observations() -> list[Observation]:
     """Draw and look at the scenes, without LiDAR."""
-    return list(_observed())
+    return list(observed())
 
 
 def headline(model: Path, seen: Sequence[Observation]) -> Headline:
@@ -61,7 +61,8 @@ def headline(model: Path, seen: Sequence[Observation]) -> Headline:
     return Headline(good / count, count)
 
 
-def _observed() -> Iterator[Observation]:
+def observed() -> Iterator[Observation]:
+    """Yield the observations of the scenes, made one after the other."""
     recipe = load_recipe(RECIPE)
     rig = replace(recipe.sensors, lidar=None)
     with open_renderer("raster") as renderer:
