@@ -17,6 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 SMALL = {
     'load_recipe("demo")': 'load_recipe("smoke")',
     'ws.generate("demo", "out/dataset", scenes=2)': 'ws.generate("smoke", "out/dataset", scenes=2)',
+    'ws.Camera("d435"), views=2': "ws.Camera(width=212, height=120, focal_px=150), views=1",
+    'ws.Camera("d435"), at': "ws.Camera(width=212, height=120, focal_px=150), at",
 }
 """What stands in for what would take long."""
 

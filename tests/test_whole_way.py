@@ -1,4 +1,4 @@
-"""The whole way on the smoke recipe, by the commands that a user calls."""
+"""The whole way on a small recipe, by the commands that a user calls."""
 
 import json
 from contextlib import redirect_stdout
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.shared import Shared
 from warehouse_sim.cli.main import main
 
 pytestmark = pytest.mark.gl
@@ -21,11 +22,11 @@ def say(*commands: list[str]) -> None:
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> str:
+def data(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("whole")
     say(
-        ["preview", "smoke", "--out", str(folder / "preview.png")],
-        ["generate", "smoke", "--out", str(folder / "data"), "--scenes", "4", "--workers", "1"],
+        ["preview", str(shared.small), "--out", str(folder / "preview.png")],
+        ["generate", str(shared.small), "--out", str(folder / "data"), "--scenes", "4", "--workers", "1"],
         ["validate", str(folder / "data")],
     )
     return str(folder / "data")

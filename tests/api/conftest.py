@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -6,13 +7,18 @@ import pytest
 from tests.shared import Shared
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.schema import PoseEstimate
+from warehouse_sim.sensors.rig.camera import CameraConfig
 
 
 @pytest.fixture(scope="session")
 def smoke(shared: Shared) -> Path:
-    """Return three scenes of two observations, one scene a split, in several formats; nobody changes it."""
-    return shared.dataset(scenes=3, formats=("bop", "kitti", "coco", "yolo"))
+    """Return three scenes of two small observations, one scene a split, in several formats; nobody changes it."""
+    recipe = load_recipe("smoke")
+    camera = CameraConfig(width=612, height=185, focal_px=360.0)
+    recipe = replace(recipe, sensors=replace(recipe.sensors, camera=camera))
+    return shared.dataset(recipe, scenes=3, formats=("bop", "kitti", "coco", "yolo"))
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_a_dataset_of_kitti_alone_is_opened(smoke: Path, tmp_path: Path) -> None
     manifest.write_text(json.dumps(entries | {"formats": ["kitti"]}))
     data = Dataset(str(tmp_path / "out"))
     assert len(data) == 6
-    assert {obs.depth.shape for obs in data} == {(370, 1224)}
+    assert {obs.depth.shape for obs in data} == {(185, 612)}
     assert all(obs.objects[0].class_name for obs in data)
     manifest.write_text(json.dumps(entries | {"formats": ["ply"]}))
     with pytest.raises(DatasetError, match="was made without a format"):

@@ -16,24 +16,24 @@ def test_python_writes_the_bytes_of_the_command_and_replaces_them_on_request_alo
 ) -> None:
     """The command's bytes are those of ``shared`` by ``tests/third_party``."""
     done: list[tuple[int, int]] = []
-    first = ws.generate("smoke", tmp_path, scenes=1, progress=lambda *counts: done.append(counts))
+    first = ws.generate(shared.small, tmp_path, scenes=1, progress=lambda *counts: done.append(counts))
     assert done == [(0, 1), (1, 1)]
     before = hashes(tmp_path)
-    assert before == hashes(shared.dataset(scenes=1))
+    assert before == hashes(shared.dataset(shared.small, scenes=1))
     assert isinstance(first, ws.Dataset)
-    assert len(first) == 2
+    assert len(first) == 1
     with pytest.raises(DatasetError, match=r"not empty.*overwrite=True"):
-        ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop")
+        ws.generate(shared.small, tmp_path, scenes=1, seed=1, formats="bop")
     assert hashes(tmp_path) == before
-    second = ws.generate("smoke", tmp_path, scenes=1, seed=1, formats="bop", overwrite=True)
-    assert (first.path, len(second)) == (second.path, 2)
+    second = ws.generate(shared.small, tmp_path, scenes=1, seed=1, formats="bop", overwrite=True)
+    assert (first.path, len(second)) == (second.path, 1)
     assert read_manifest(tmp_path).seed == 1
     assert hashes(tmp_path)["scenes/000000.json"] != before["scenes/000000.json"], "another seed is another scene"
 
 
 @pytest.mark.gl
-def test_a_recipe_of_python_and_its_file_give_the_same_data(tmp_path: Path) -> None:
-    recipe = ws.recipe("smoke", light="dim", views=1)
+def test_a_recipe_of_python_and_its_file_give_the_same_data(shared: Shared, tmp_path: Path) -> None:
+    recipe = ws.recipe(shared.small, light="dim")
     recipe.save(tmp_path / "mine.yaml")
     one = ws.generate(recipe, str(tmp_path / "a"), scenes=1, formats="bop")
     two = ws.generate(tmp_path / "mine.yaml", tmp_path / "b", scenes=1, formats=["bop"])

@@ -6,12 +6,18 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.shared import Shared
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.observation import Observation
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.geometry.pose import invert, transform_points
 
 pytestmark = pytest.mark.gl
+
+
+@pytest.fixture
+def large(shared: Shared) -> Dataset:
+    return Dataset(shared.dataset(scenes=3))
 
 
 def test_arrays_are_numpy_in_metres(data: Dataset, smoke: Path) -> None:
@@ -50,8 +56,8 @@ def test_the_sweep_is_in_the_axes_of_the_lidar(data: Dataset) -> None:
     assert abs(np.percentile(height, 5)) < 0.1  # many points lie on the floor
 
 
-def test_labels_lie_on_what_is_seen(data: Dataset) -> None:
-    for obs in data:
+def test_labels_lie_on_what_is_seen(large: Dataset) -> None:
+    for obs in large:
         assert obs.objects
         for item in obs.objects:
             assert item.name == "epal1"
@@ -80,8 +86,8 @@ def test_the_instance_mask_numbers_the_labelled_objects(data: Dataset) -> None:
         assert np.array_equal(obs.instance_mask == item.instance_id, item.mask)
 
 
-def test_it_draws_its_labels_and_shows_itself(data: Dataset, tmp_path: Path) -> None:
-    obs = data[3]
+def test_it_draws_its_labels_and_shows_itself(large: Dataset, tmp_path: Path) -> None:
+    obs = large[3]
     picture = obs.draw(tmp_path / "deep" / "look.png")
     stored = cv2.imread(str(tmp_path / "deep" / "look.png"))
     assert np.array_equal(stored[:, :, ::-1], picture)

@@ -58,13 +58,14 @@ def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(shared, tm
     assert hashes(tmp_path / "again") == hashes(shared.dataset(shared.small, scenes=3))
 
 
-def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, dataset, tmp_path, monkeypatch) -> None:
+def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(shared, tmp_path, monkeypatch) -> None:
+    recipe, dataset = load_recipe(str(shared.small)), shared.dataset(shared.small, scenes=3)
     root, config = tmp_path / "data", GenerateConfig(scenes=3)
     write_scene = DatasetStore.write_scene
 
     def killed_in_scene_1(self, scene, observations, *more, **named) -> None:
         if scene.scene_index == 1:
-            observations = iter([next(observations)])  # the second observation never comes
+            observations = iter(())  # the observation never comes
         write_scene(self, scene, observations, *more, **named)
 
     monkeypatch.setattr(DatasetStore, "write_scene", killed_in_scene_1)
@@ -78,7 +79,7 @@ def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(recipe, d
         generate(recipe, root, config)
     paths = [root / "scenes/000000.json", *(root / "bop/train/000000").rglob("*.*")]
     finished = {path: path.stat().st_mtime_ns for path in paths}
-    assert len(finished) > 10
+    assert len(finished) > 5
     generate(recipe, root, replace(config, resume=True))
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
     assert hashes(root) == hashes(dataset)
