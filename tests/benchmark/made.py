@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from tests.shared import Shared
@@ -46,6 +47,11 @@ def shrunk(suite: Suite) -> Suite:
 def only_scored(suite: Suite) -> Suite:
     """Return a suite that is shrunk and scores poses alone: nothing finds objects, and no truck drives."""
     return replace(shrunk(suite), detectors=(), simulate=False, approach=ApproachConfig())
+
+
+def of_two_conditions(suite: Suite) -> Suite:
+    """Return a suite that evaluates and compares no more than the first two conditions."""
+    return replace(suite, conditions=dict(islice(suite.evaluated.items(), 2)), compare=())
 
 
 def bench_folder(shared: Shared, out: Path) -> Path:
