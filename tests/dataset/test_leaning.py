@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,9 +28,16 @@ def with_a_leaning_pallet(scene: SceneSpec) -> SceneSpec:
     return replace(scene, instances=tuple(instances))
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("leaning") / "data"
+    return make_dataset(folder, scene_of=lambda index: with_a_leaning_pallet(make_scene(index)))
+
+
 @pytest.fixture
-def root(tmp_path: Path) -> Path:
-    return make_dataset(tmp_path / "data", scene_of=lambda index: with_a_leaning_pallet(make_scene(index)))
+def root(made: Path, tmp_path: Path) -> Path:
+    """A copy of the dataset, to break."""
+    return Path(shutil.copytree(made, tmp_path / "data"))
 
 
 def test_it_is_dont_care_with_its_box_and_its_id_and_comes_last(root: Path) -> None:
