@@ -1,5 +1,6 @@
 """Estimators, detectors and segmenters of another package, found by its entry points alone."""
 
+import json
 import os
 import subprocess
 import sys
@@ -71,10 +72,21 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return site
 
 
-def run(site: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+IN_TURN = """
+import json, sys
+from warehouse_sim.cli.main import main
+for command in sys.argv[1:]:
+    print(main(json.loads(command)), flush=True)
+"""
+
+
+def program(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), *filter(None, sys.path)])}
-    command = [sys.executable, "-m", "warehouse_sim", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    return subprocess.run([sys.executable, *words], capture_output=True, text=True, env=environment, check=False)
+
+
+def run(site: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return program(site, "-m", "warehouse_sim", *map(str, arguments))
 
 
 def test_a_segmenter_outlines_what_a_detector_found(installed: Path, toy_root: Path, tmp_path: Path) -> None:
@@ -95,9 +107,10 @@ def test_what_makes_no_sense_is_one_line(installed: Path, toy_root: Path, tmp_pa
         ([*predict, "--time-of-flight"], "leave --time-of-flight out"),
         ([*predict, "--detections", "abovefloor"], "detector or segmenter"),
     ]
-    for arguments, message in cases:
-        done = run(installed, *arguments)
-        assert done.returncode == 2
-        (line,) = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+    done = program(installed, "-c", IN_TURN, *(json.dumps(list(map(str, arguments))) for arguments, _ in cases))
+    assert done.stdout.split() == ["2"] * len(cases), done.stderr
+    lines = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+    assert len(lines) == len(cases)
+    for line, (_, message) in zip(lines, cases, strict=True):
         assert message in line
-        assert "Traceback" not in done.stderr
+    assert "Traceback" not in done.stderr

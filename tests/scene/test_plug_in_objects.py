@@ -15,7 +15,7 @@ from warehouse_sim.scene import sample_scene
 
 recipe = load_recipe("industrial").scene
 digest = hashlib.sha256()
-for index in range(2):
+for index in range(1):
     for item in sample_scene(recipe, 0, index).instances:
         digest.update(item.model.encode())
         digest.update(np.ascontiguousarray(item.T_world_object).tobytes())

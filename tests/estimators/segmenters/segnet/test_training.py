@@ -17,7 +17,7 @@ from warehouse_sim.estimators.train import train
 
 CONFIG = SegmenterConfig(
     max_minutes=None,
-    max_steps=120,
+    max_steps=80,
     batch=8,
     width=8,
     validations=2,
