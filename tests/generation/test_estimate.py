@@ -55,7 +55,7 @@ def test_the_command_prints_the_plan(shared, tmp_path, capsys) -> None:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_run_stops_at_its_limit_and_goes_on_to_the_same_bytes(shared, tmp_path, workers: int) -> None:
     recipe, whole, out = load_recipe(str(shared.small)), shared.dataset(shared.small, scenes=3), tmp_path / "data"
     limit = bytes_of(whole) / 1e9 * 0.8
