@@ -1,4 +1,7 @@
+"""The shipped textures; that they are what is painted, tests/catalog/test_bake.py checks."""
+
 import itertools
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,6 +11,26 @@ from warehouse_sim.catalog.textures import TEXTURES, paint, stretch
 from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, normals
 from warehouse_sim.catalog.textures.used import LARGE
 from warehouse_sim.catalog.textures.worn import WIDE
+from warehouse_sim.render.texture_set import TextureImages, read_texture_set
+
+QUICKLY_PAINTED = (
+    "wood",
+    "kraft",
+    "steel",
+    "plastic",
+    "epoxy",
+    "brushed",
+    "galvanised",
+    "plastic_worn",
+    "blockwork",
+    "enamel",
+)
+"""Of each module of painters; all are compared by the slow test."""
+
+
+@cache
+def shipped(name: str) -> TextureImages:
+    return read_texture_set(name)
 
 
 def edge(name: str) -> int:
@@ -17,12 +40,19 @@ def edge(name: str) -> int:
 
 
 def unit_normals(name: str) -> np.ndarray:
-    return (paint(name).normal.astype(float) - 128.0) / 127.0
+    return (shipped(name).normal.astype(float) - 128.0) / 127.0
+
+
+@pytest.mark.parametrize("name", QUICKLY_PAINTED)
+def test_what_is_painted_is_what_is_shipped(name: str) -> None:
+    images = shipped(name)
+    for kind, pixels in paint(name).images().items():
+        assert np.array_equal(pixels, getattr(images, kind)), kind
 
 
 @pytest.mark.parametrize("name", TEXTURES)
 def test_factors_are_neutral_on_average_and_vary(name: str) -> None:
-    for factors in (paint(name).albedo, paint(name).roughness):
+    for factors in (shipped(name).albedo, shipped(name).roughness):
         assert factors.shape == (edge(name), edge(name))
         assert factors.dtype == np.uint8
         assert factors.mean() == pytest.approx(NEUTRAL, abs=1.0)
@@ -41,7 +71,8 @@ def test_normals_are_unit_vectors_that_lean_nowhere_on_average(name: str) -> Non
 
 def test_a_texture_tiles_without_a_seam() -> None:
     for name, axis in itertools.product(TEXTURES, [0, 1]):
-        for pixels in paint(name).images().values():
+        images = shipped(name)
+        for pixels in (images.albedo, images.normal, images.roughness):
             values = pixels.astype(float).reshape(edge(name), edge(name), -1)
             steps = np.abs(np.roll(values, -1, axis=axis) - values).mean(axis=(1 - axis, 2))
             assert steps[-1] <= steps[:-1].max(), (name, axis)
@@ -50,7 +81,7 @@ def test_a_texture_tiles_without_a_seam() -> None:
 def test_no_repeat_shows_from_afar() -> None:
     """Where a tile is a few pixels wide, it is nearly even: a floor or a wall shows no chequers."""
     for name in TEXTURES:
-        coarse = paint(name).albedo.astype(float).reshape(4, edge(name) // 4, 4, edge(name) // 4).mean(axis=(1, 3))
+        coarse = shipped(name).albedo.astype(float).reshape(4, edge(name) // 4, 4, edge(name) // 4).mean(axis=(1, 3))
         assert np.abs(coarse / NEUTRAL - 1.0).max() < 0.1, name
 
 
@@ -67,7 +98,7 @@ def test_a_ramp_leans_against_its_rise_in_opengls_way() -> None:
 
 @pytest.mark.parametrize("name", ["wood", "brushed"])
 def test_grain_runs_along_u(name: str) -> None:
-    pixels = paint(name).albedo.astype(float)
+    pixels = shipped(name).albedo.astype(float)
     along_u, along_v = (np.abs(np.diff(pixels, axis=axis)).mean() for axis in (1, 0))
     assert along_v > 2.0 * along_u
 
@@ -89,7 +120,7 @@ def test_wood_is_stretched_and_every_texture_is_used_or_offered() -> None:
 @pytest.mark.parametrize("name", [name for name in TEXTURES if name.endswith("_worn")])
 def test_a_damaged_surface_is_the_fresh_one_with_marks_as_large_as_life(name: str) -> None:
     """It is twice as wide at the same grain: as much fine detail a texel, more that is coarse, no quarter twice."""
-    fresh, damaged = (paint(item).albedo.astype(float) for item in (name.removesuffix("_worn"), name))
+    fresh, damaged = (shipped(item).albedo.astype(float) for item in (name.removesuffix("_worn"), name))
     assert damaged.shape == (1024, 1024)
     fine = [np.diff(image, axis=1).std() for image in (fresh, damaged)]
     assert fine[1] > 0.8 * fine[0]
@@ -105,7 +136,7 @@ def test_a_damaged_surface_is_the_fresh_one_with_marks_as_large_as_life(name: st
 @pytest.mark.parametrize("texels", [1, 2, 4, 8])
 def test_used_surfaces_are_uneven_from_near_and_from_afar(name: str, texels: int) -> None:
     """In 16 x 16 pixels of ``texels`` texels each nearly no part is even to 2 %, as no wall in use is."""
-    image = paint(name).albedo.astype(float)
+    image = shipped(name).albedo.astype(float)
     seen = image.reshape(edge(name) // texels, texels, edge(name) // texels, texels).mean(axis=(1, 3))
     count = len(seen) // 16
     blocks = seen.reshape(count, 16, count, 16).std(axis=(1, 3)) / NEUTRAL
