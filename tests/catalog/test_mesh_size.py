@@ -16,7 +16,7 @@ from warehouse_sim.catalog.custom import load_custom_object
 from warehouse_sim.catalog.mesh_files import fans, read_parts
 from warehouse_sim.errors import ConfigError
 
-MANY = 5_000_000
+MANY = 2_000_000
 SOON = 10.0
 """Seconds; on a machine of its own it takes one."""
 
@@ -30,7 +30,7 @@ def strip(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_obj(path: Path) -> None:
-    vertices, faces = strip(MANY // 25)
+    vertices, faces = strip(MANY // 10)
     with path.open("w") as file:
         np.savetxt(file, vertices, "v %d %d %d")
         np.savetxt(file, faces + 1, "f %d %d %d")
