@@ -67,7 +67,7 @@ def one_sided(angle: np.ndarray, turned: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("turn", [0.0, 0.5, 2.0, -1.3])
+@pytest.mark.parametrize("turn", [0.5, -1.3])
 def test_the_image_brightens_where_the_half_plane_0_points(turn: float) -> None:
     along = (float(np.cos(turn)), float(np.sin(turn)), 0.0)
     light = replace(LAMP, distribution=distribution(one_sided), along=along)

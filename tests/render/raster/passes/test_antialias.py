@@ -38,7 +38,7 @@ def rendered_coverage(renderer: Renderer, camera: PinholeCamera) -> tuple[np.nda
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("angle", [0.05, 0.2, 0.4, 0.7, 1.2])
+@pytest.mark.parametrize("angle", [0.05, 0.4, 1.2])
 def test_a_slanted_edge_has_the_brightness_of_the_area_it_covers(renderer: Renderer, angle: float) -> None:
     """Ground truth: the ids of an image with 16 x 16 times the pixels, averaged."""
     renderer.load(boards(angle, 0.4, 4.0))
