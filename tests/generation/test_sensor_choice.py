@@ -14,6 +14,7 @@ from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 
+SMALL = {"width": 408, "height": 124, "focal_px": 240}
 CHOICES = [
     {"name": "exact", "depth": {"model": "ideal"}, "color": "ideal"},
     {"name": "noisy", "depth": {"model": "quadratic", "sigma_base": 0.02}, "color": "ideal"},
@@ -22,7 +23,7 @@ CHOICES = [
 
 def recipe_with(**sensors: object) -> Recipe:
     plain = to_mapping(load_recipe("smoke"))
-    plain["sensors"] |= {"lidar": None, "clean": True, **sensors}
+    plain["sensors"] |= {"camera": SMALL, "lidar": None, "clean": True, **sensors}
     plain["scene"]["observations_per_scene"] = 1
     found: Recipe = from_mapping(Recipe, plain, "here")
     return found

@@ -14,7 +14,7 @@ from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.render import Renderer
 from warehouse_sim.schema import Observation, SceneSpec
-from warehouse_sim.sensors.rig import SensorChoice
+from warehouse_sim.sensors.rig import CameraConfig, SensorChoice
 
 pytestmark = pytest.mark.gl
 
@@ -35,6 +35,8 @@ def dimmed(scene: SceneSpec, settings: dict[str, Any]) -> SceneSpec:
 def made(renderer: Renderer) -> tuple[int, dict[str, list[Observation]]]:
     """Return the id of the object that counts as the occluder, and the observations of each variant."""
     recipe = load_recipe("smoke")
+    camera = CameraConfig(width=612, height=185, focal_px=360.0)
+    recipe = replace(recipe, sensors=replace(recipe.sensors, camera=camera))
     scene = sample_settled_scene(recipe, 0, 0).scene
     occluder = next(item.instance_id for item in scene.instances if scene.model_of(item).class_name == "carton")
     occluders = [(occluder,), *(() for _ in scene.viewpoints[1:])]
