@@ -13,16 +13,15 @@ _PAIRED_VARIANTS = {
     "lights": [{"name": "dim 20 lx", "preset": "dim", "lux": 20}],
     "noise": [{"name": "d435", "rgbd": {"depth": "d435"}, "sample": 0}],
 }
-FREE = DataConfig(
-    "smoke", 5, 1, 2, {"sensors": {"rig": "dissertation"}, "paired_variants": _PAIRED_VARIANTS}, ("kitti", "bop")
-)
+_SENSORS = {"rig": "dissertation", "camera": {"width": 612, "height": 185, "focal_px": 360.8}}
+FREE = DataConfig("smoke", 5, 1, 2, {"sensors": _SENSORS, "paired_variants": _PAIRED_VARIANTS}, ("kitti", "bop"))
 HIDDEN = DataConfig(
     "smoke",
     5,
     1,
     2,
     {
-        "sensors": {"rig": "dissertation"},
+        "sensors": _SENSORS,
         "occlusion": {"visible_fraction": [{"min": 0.4, "max": 0.8}]},
         "paired_variants": {"without_occluders": True, **_PAIRED_VARIANTS},
     },

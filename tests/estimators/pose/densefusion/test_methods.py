@@ -18,7 +18,7 @@ STILL = AugmentConfig(yaw=0, tilt=0, shift=0, hide_probability=0, erode_px=0, dr
 def small_input(config: DenseFusionConfig) -> DenseFusionConfig:
     """Fewer points and pixels, for speed."""
     images = tuple(replace(image, side_px=32) for image in config.images)
-    return replace(config, points=replace(config.points, count=128), images=images)
+    return replace(config, points=replace(config.points, count=64), images=images)
 
 
 QUICK = ("densefusion-pointcloud", "densefusion-middle-1")
