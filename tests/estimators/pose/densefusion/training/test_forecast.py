@@ -29,11 +29,11 @@ def test_reading_counts_and_may_leave_nothing(toy_root: Path, tmp_path: Path, mo
     load_crops = preparation.load_crops
 
     def slowly(*arguments: object):
-        time.sleep(2.0)
+        time.sleep(1.5)
         return load_crops(*arguments)
 
     monkeypatch.setattr(preparation, "load_crops", slowly)
-    run, config = tmp_path / "run", replace(SHORT, max_minutes=4 / 60)
+    run, config = tmp_path / "run", replace(SHORT, max_minutes=3 / 60)
     with pytest.raises(TrainingError, match=r"reading and .* took \d+ s, which leaves nothing of max_minutes"):
         train(NAME, toy_root, run, config)
     monkeypatch.undo()
