@@ -43,7 +43,7 @@ def key(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def root(key: str, shared: Shared) -> Path:
     recipe = load_recipe("smoke")
-    return shared.dataset(replace(recipe, sensors=replace(recipe.sensors, camera=CAMERAS[key], **MORE[key])), scenes=2)
+    return shared.dataset(replace(recipe, sensors=replace(recipe.sensors, camera=CAMERAS[key], **MORE[key])), scenes=1)
 
 
 def failed(root: Path) -> set[str]:

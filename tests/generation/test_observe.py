@@ -18,7 +18,7 @@ from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
 from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
-from warehouse_sim.sensors.rig import FurtherSensor, Mount, SensorChoice
+from warehouse_sim.sensors.rig import CameraConfig, FurtherSensor, Mount, RigConfig, SensorChoice
 from warehouse_sim.sensors.stereo import StereoCamera, StereoConfig
 from warehouse_sim.sensors.view import SensorView
 
@@ -48,6 +48,11 @@ RING = FurtherSensor("ranger", Ranger(), Mount(forward=0.1, yaw_deg=5.0))
 IDEAL = RgbdConfig(IdealDepth(min_range=0.01, max_range=400.0), IDEAL_COLOR)
 
 
+def rig_of_smoke() -> RigConfig:
+    """Return the recipe's rig with a camera of half as many pixels each way."""
+    return replace(load_recipe("smoke").sensors, camera=CameraConfig(width=612, height=185, focal_px=360.0))
+
+
 @pytest.fixture(scope="module")
 def scene() -> SceneSpec:
     return sample_settled_scene(load_recipe("smoke"), 0, 0).scene
@@ -67,7 +72,7 @@ def same(a: Observation, b: Observation) -> None:
 def test_a_sensor_of_another_kind_reads_at_its_own_place_and_disturbs_no_other(
     scene: SceneSpec, renderer: Renderer
 ) -> None:
-    rig = load_recipe("smoke").sensors
+    rig = rig_of_smoke()
     alone = list(observe_scene(scene, rig, renderer))
     for first, seen in zip(alone, observe_scene(scene, replace(rig, more={"ring": RING}), renderer), strict=True):
         ring = seen.readings["ring"]
@@ -85,7 +90,7 @@ def test_a_further_camera_sees_what_the_second_of_a_pair_sees_from_the_same_plac
     scene: SceneSpec, renderer: Renderer
 ) -> None:
     low = FurtherSensor("rgbd", IDEAL, Mount(left=-0.3))
-    rig = replace(load_recipe("smoke").sensors, right=StereoConfig(baseline=0.3, matching=None), more={"low": low})
+    rig = replace(rig_of_smoke(), right=StereoConfig(baseline=0.3, matching=None), more={"low": low})
     seen = next(observe_scene(scene, rig, renderer))
     assert seen.stereo is not None
     channels = seen.readings["low"].reading.channels
@@ -103,7 +108,7 @@ class Mute:
 
 
 def test_what_is_no_reading_is_rejected_in_one_line(scene: SceneSpec, renderer: Renderer) -> None:
-    rig = replace(load_recipe("smoke").sensors, more={"mute": FurtherSensor("mute_one", Mute())})  # type: ignore[arg-type]
+    rig = replace(rig_of_smoke(), more={"mute": FurtherSensor("mute_one", Mute())})  # type: ignore[arg-type]
     with pytest.raises(WarehouseSimError, match=r"mute \(mute_one\) gave ndarray, which is no reading"):
         next(observe_scene(scene, rig, renderer))
 
@@ -111,13 +116,13 @@ def test_what_is_no_reading_is_rejected_in_one_line(scene: SceneSpec, renderer: 
 def test_a_pair_that_is_mounted_askew_is_rejected(scene: SceneSpec, renderer: Renderer) -> None:
     pair = FurtherSensor("stereo", StereoCamera(StereoConfig(baseline=0.3)), Mount(left=-0.2))
     with pytest.raises(ConfigError, match=r"a stereo camera of baseline 0\.3 m sits .* mount it with left: -0\.3"):
-        next(observe_scene(scene, replace(load_recipe("smoke").sensors, more={"pair": pair}), renderer))
+        next(observe_scene(scene, replace(rig_of_smoke(), more={"pair": pair}), renderer))
 
 
 def test_a_paired_variant_depends_on_no_other_paired_variant_nor_on_the_call_before(
     scene: SceneSpec, renderer: Renderer
 ) -> None:
-    rig = replace(load_recipe("smoke").sensors, more={"ring": RING})
+    rig = replace(rig_of_smoke(), more={"ring": RING})
     scene = replace(scene, viewpoints=scene.viewpoints[:1])
     base = base_variant(scene, SensorChoice("", rig.rgbd))
     lights = tuple(replace(light, intensity=light.intensity * 0.5) for light in scene.lights)

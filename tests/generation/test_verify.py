@@ -110,6 +110,7 @@ def test_another_driver_may_draw_a_little_otherwise_and_place_nothing_otherwise(
     assert found["pixels"].detail == f"{root / COLOUR}: is not what is made now"
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_a_second_driver_draws_what_the_first_drew(made: Path) -> None:
     command = [sys.executable, "-m", "warehouse_sim", "validate", str(made), "--regenerate", "1"]
