@@ -9,7 +9,7 @@ from tests.render.test_backend import digest
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import at, rack_wall, spot
 from warehouse_sim.render.light_selection import light_geometry
-from warehouse_sim.render.raster import loaded_scene
+from warehouse_sim.render.raster import backend, loaded_scene
 from warehouse_sim.render.raster.light.shadows import ShadowAtlas
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.schema import SceneSpec
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.gl
 @pytest.fixture
 def counts(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
     """Count how often tables are built, meshes uploaded and shadow maps drawn."""
-    found = {"tables": 0, "meshes": 0, "shadows": 0}
+    found = {"tables": 0, "meshes": 0, "shadows": 0, "checks": 0}
 
     def counted(owner: object, name: str, key: str) -> None:
         original = getattr(owner, name)
@@ -34,6 +34,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
     counted(loaded_scene, "build_part_table", "tables")
     counted(MeshBatch, "__init__", "meshes")
     counted(ShadowAtlas, "draw", "shadows")
+    counted(backend, "require_renderable", "checks")
     return found
 
 
@@ -60,12 +61,12 @@ def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(coun
     other = rack_wall(bays=1, seed=2)
     other = replace(other, viewpoints=other.viewpoints[:2])
     steps = [
-        (wall, {"tables": 1, "meshes": 1, "shadows": 1}),
+        (wall, {"tables": 1, "meshes": 1, "shadows": 1, "checks": 1}),
         (wall, {"tables": 0, "meshes": 0, "shadows": 0}),
         (half, {"tables": 0, "meshes": 0}),
-        (brighter(half), {"tables": 0, "meshes": 0, "shadows": 0}),
+        (brighter(half), {"tables": 0, "meshes": 0, "shadows": 0, "checks": 0}),
         (with_other_light(wall), {"tables": 0, "meshes": 0, "shadows": 1}),
-        (moved(wall), {"tables": 1, "meshes": 0, "shadows": 1}),
+        (moved(wall), {"tables": 1, "meshes": 0, "shadows": 1, "checks": 1}),
         (other, {"tables": 1, "meshes": 0, "shadows": 1}),
         (wall, {"tables": 1, "meshes": 0, "shadows": 1}),
     ]

@@ -29,24 +29,23 @@ def coarse_mesh(scene: SceneSpec) -> tuple[TriangleMesh, Float[np.ndarray, "m 3"
 
     Film and the glow of luminaires are left out.
     """
-    groups: dict[TriangleMesh, list[tuple[np.ndarray, Part]]] = {}
+    groups: dict[TriangleMesh, list[tuple[np.ndarray, Part, str]]] = {}
     for instance in scene.instances:
-        if scene.model_of(instance).class_name == OUTDOORS:
+        model = scene.model_of(instance)
+        if model.class_name == OUTDOORS:
             continue  # rays that leave the hall meet the even sky
-        parts = scene.painted_model_of(instance).parts
-        if scene.model_of(instance).class_name == JOINED_GOODS:
-            parts = (_as_box(parts[0]),)
-        for part in parts:
-            if scene.materials[part.material].opacity >= 1.0:
-                groups.setdefault(part.mesh, []).append((instance.T_world_object, part))
+        for part in (_as_box(model.parts[0]),) if model.class_name == JOINED_GOODS else model.parts:
+            paint = instance.material_of(part)
+            if scene.materials[paint].opacity >= 1.0:
+                groups.setdefault(part.mesh, []).append((instance.T_world_object, part, paint))
     returned = {name: returned_fraction(material) for name, material in scene.materials.items()}
     vertices, faces, albedo, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)], [np.zeros((0, 3))], 0
     for mesh, members in groups.items():
-        scale = np.stack([part.scale for _, part in members])
+        scale = np.stack([part.scale for _, part, _ in members])
         low, high = mesh.vertices.min(axis=0) * scale, mesh.vertices.max(axis=0) * scale
         radius = np.linalg.norm(high - low, axis=1) / 2
-        T = np.stack([T for T, _ in members]) @ np.stack([part.T_object_part for _, part in members])
-        base = np.array([returned[part.material] for _, part in members])
+        T = np.stack([T for T, _, _ in members]) @ np.stack([part.T_object_part for _, part, _ in members])
+        base = np.array([returned[paint] for _, _, paint in members])
         many = len(mesh.faces) > _MANY_FACES
         detailed, fill = many & (radius < _SMALL), _fill(mesh)
         slender = many & (np.sort(high - low, axis=1)[:, 1] < _SLENDER) & (fill > _EMPTY)

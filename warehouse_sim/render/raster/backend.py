@@ -120,8 +120,9 @@ class RasterRenderer(ClosingRenderer):
     def load(self, scene: SceneSpec) -> None:
         """Upload ``scene`` and gather its indirect light, but for what did not change since the scene before."""
         with still_open(self._context) as context:
-            require_renderable(scene)
             before = self._scene
+            if before is None or not before.holds_what(scene):
+                require_renderable(scene)
             self._scene = LoadedScene(
                 context, scene, self._shadows, self._textures, self._pictures, self._meshes, before
             )

@@ -53,14 +53,13 @@ class LoadedScene:
     ) -> None:
         self._spec, self._shadows = spec, shadows
         change = SceneChange.between(None if before is None else before._spec, spec)
-        ribbed = ribbed_materials(spec)
         if before is None or change.emission or change.objects:
-            self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed)
+            self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed_materials(spec))
         else:
             self.materials = before.materials
         shown = before if before is not None and not (change.objects or change.surfaces) else None
         if shown is None:
-            self.table = build_part_table(spec, self.materials.row, ribbed)
+            self.table = build_part_table(spec, self.materials.row, ribbed_materials(spec))
             self.objects = ObjectIndex.of(self.table)
             self._rendered: tuple[bytes, ...] | None = None
             self._tiles: list[ShadowTile] = []
@@ -80,6 +79,12 @@ class LoadedScene:
         own = distributions_of(spec.lights)
         self._distributions = DistributionTexture(context, own) if own else None
         self.batches: list[MeshBatch] = meshes.require(self.table.meshes) if shown is None else shown.batches
+
+    def holds_what(self, other: SceneSpec) -> bool:
+        """Return whether ``other`` holds the very objects and materials of this scene, in another light at most."""
+        own = self._spec
+        pairs = (own.instances, other.instances), (own.models, other.models), (own.materials, other.materials)
+        return all(mine is its for mine, its in pairs)
 
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.

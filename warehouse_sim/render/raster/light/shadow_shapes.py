@@ -5,6 +5,7 @@ so that a hull may fill the dish of a lid or the dents of a sack. Sacks, drums, 
 cartons are most of the triangles of a warehouse; as hulls they are a tenth of them.
 """
 
+from functools import cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -143,6 +144,7 @@ def _outward(hull: ConvexHull, points: Float[np.ndarray, "n 3"]) -> TriangleMesh
     return _compact(points, np.where(inward[:, None], faces[:, ::-1], faces))
 
 
+@cache
 def _directions() -> Float[np.ndarray, "k 3"]:
     """Return directions spread over the sphere, the axes and the diagonals among them.
 

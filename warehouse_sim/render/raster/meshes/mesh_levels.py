@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int32, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.detail_levels import Facets, detail_levels, facets, parallelograms
+from warehouse_sim.geometry.detail_levels import Facets, detail_levels, facets
+from warehouse_sim.geometry.equal_rows import equal_rows
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR
@@ -37,7 +38,7 @@ def flat_mesh(mesh: TriangleMesh, known: Facets | None = None) -> FlatMesh:
         known: Its facets, where they are known.
     """
     found = facets(mesh) if known is None else known
-    pair, turn = parallelograms(found)
+    pair, turn = found.halves
     single = np.setdiff1d(np.arange(len(found.faces)), pair)
     quads = _quad_corners(mesh, found, pair, turn)
     barycentric = _barycentric(found.inner[single])
@@ -45,8 +46,8 @@ def flat_mesh(mesh: TriangleMesh, known: Facets | None = None) -> FlatMesh:
     corners = np.concatenate([quads.ravel(), lone.ravel()])
     index = np.arange(4 * len(pair)).reshape(-1, 4)[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
     triangles = np.concatenate([index, 4 * len(pair) + np.arange(3 * len(single)).reshape(-1, 3)])
-    unique, inverse = np.unique(corners.view(np.dtype((np.void, CORNER.itemsize))), return_inverse=True)
-    return FlatMesh(unique.view(CORNER), inverse[triangles].astype(np.int32))
+    first, number = equal_rows(corners)
+    return FlatMesh(corners[first], number[triangles].astype(np.int32))
 
 
 def _quad_corners(

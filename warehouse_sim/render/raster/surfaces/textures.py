@@ -76,7 +76,7 @@ class PictureLibrary(ImageLayers):
         if len(wanted) > MAX_PICTURES:
             raise RenderError(f"{len(wanted)} pictures in a scene; the raster backend renders at most {MAX_PICTURES}")
         if not self._layers.keys() >= set(wanted):
-            self._replace({name: self._layers.get(name, _texels(name)) for name in wanted})
+            self._replace({name: self._layers[name] if name in self._layers else _texels(name) for name in wanted})
         return self._numbers(wanted)
 
 
