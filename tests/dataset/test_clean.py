@@ -17,7 +17,7 @@ from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import Observation, StereoReading
 
-WITH_CLEAN = {"sensors": {"clean": True, "right": {"baseline": 0.2, "matching": None}}}
+WITH_CLEAN = {"sensors": {"outputs": ["default", "clean"], "right": {"baseline": 0.2, "matching": None}}}
 
 
 def as_read(observation: Observation) -> Observation:
@@ -40,7 +40,7 @@ def test_off_by_default() -> None:
     assert not recipe_contents({}).clean
     assert not recipe_contents({"sensors": {"camera": {}}}).clean
     assert kitti_kinds(recipe_contents({"sensors": {}})) == KITTI_KINDS
-    clean = kitti_kinds(recipe_contents({"sensors": {"clean": True}}))
+    clean = kitti_kinds(recipe_contents({"sensors": {"outputs": ["default", "clean"]}}))
     assert set(clean) - set(KITTI_KINDS) == {"image_clean_2", "depth_clean_2"}
 
 
@@ -107,7 +107,7 @@ def test_validation_notices_a_seen_disparity_that_is_not_the_true_one(made: Path
 def test_a_dataset_without_them_says_how_to_get_them(toy_root: Path) -> None:
     reader = DatasetReader(toy_root)
     assert not reader.has_clean
-    with pytest.raises(DatasetError, match=r"sensors.clean: true"):
+    with pytest.raises(DatasetError, match=r"--outputs default clean"):
         reader.clean_depth(reader.images("train")[0])
 
 

@@ -25,7 +25,7 @@ scene:
   viewpoints: {kind: post, pitch_deg: {min: -30, max: -12}, roll_deg: {min: -3, max: 3}}
   observations_per_scene: 3
 sensors:
-  clean: true
+  outputs: [default, clean]
   right: {baseline: 0.3, matching: null}
   lidar: {range_noise: 0.0, laser_bias: 0.0, divergence_mrad: [0, 0]}
 scenes: 1

@@ -134,7 +134,8 @@ def with_rig(recipe: Recipe, rig: RigConfig) -> Recipe:
 def test_the_files_of_a_rig_pass_validation(observe, tmp_path) -> None:
     more = {"rear": {"lidar": "safety2d", "mount": {"carrier": "vehicle", "up": 0.3, "yaw_deg": 180}}}
     recipe = with_rig(
-        load_recipe("smoke"), RigConfig.from_plain({"rig": "kitti", "lidars": more, "clean": True}, "here")
+        load_recipe("smoke"),
+        RigConfig.from_plain({"rig": "kitti", "lidars": more, "outputs": ["default", "clean"]}, "here"),
     )
     plan = plan_dataset(recipe, GenerateConfig(scenes=1, formats=("kitti",)))
     store = DatasetStore(tmp_path / "data", plan.manifest)
@@ -157,7 +158,7 @@ def test_the_files_of_a_rig_pass_validation(observe, tmp_path) -> None:
     clean = cv2.imread(str(folder / "depth_clean_2/000000.png"), cv2.IMREAD_UNCHANGED) / 256.0
     assert np.abs(clean - observation.buffers.depth).max() <= 0.5 / 256 + 1e-5
     assert np.array_equal(cv2.imread(str(folder / "image_clean_2/000000.png"))[..., ::-1], observation.buffers.rgb)
-    assert plan.manifest.recipe["sensors"]["clean"] is True
+    assert plan.manifest.recipe["sensors"]["outputs"] == ["default", "clean"]
     right = cv2.imread(str(folder / "image_3/000000.png"))[..., ::-1]
     assert np.array_equal(right, observation.stereo.rgb)
     cloud = np.fromfile(folder / "velodyne_rear/000000.bin", "<f4").reshape(-1, 4)

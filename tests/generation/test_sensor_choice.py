@@ -23,7 +23,7 @@ CHOICES = [
 
 def recipe_with(**sensors: object) -> Recipe:
     plain = to_mapping(load_recipe("smoke"))
-    plain["sensors"] |= {"camera": SMALL, "lidar": None, "clean": True, **sensors}
+    plain["sensors"] |= {"camera": SMALL, "lidar": None, "outputs": ["default", "clean"], **sensors}
     plain["scene"]["observations_per_scene"] = 1
     found: Recipe = from_mapping(Recipe, plain, "here")
     return found

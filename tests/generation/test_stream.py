@@ -24,7 +24,7 @@ pytestmark = pytest.mark.gl
 def recipe() -> Recipe:
     smoke = load_recipe("smoke")
     camera = CameraConfig(width=408, height=124, focal_px=240.0)
-    return replace(smoke, sensors=replace(smoke.sensors, clean=True, camera=camera))
+    return replace(smoke, sensors=replace(smoke.sensors, outputs=("default", "clean"), camera=camera))
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ def solids(path: Path) -> trimesh.Trimesh:
 def test_clean_depth_is_what_rays_meet(tmp_path: Path, name: str) -> None:
     few = {
         "scene": {"observations_per_scene": _VIEWS, "targets": ["pallet"]},
-        "sensors": {"clean": True, "lidar": None},
+        "sensors": {"outputs": ["default", "clean"], "lidar": None},
     }
     data, exported = tmp_path / "data", tmp_path / "scene.glb"
     generate(load_recipe(name, few), data, GenerateConfig(scenes=1, seed=7341, formats=("bop",)))

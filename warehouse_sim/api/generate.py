@@ -21,7 +21,7 @@ from warehouse_sim.generation.generate import generate as make_dataset
 from warehouse_sim.generation.hand_made_dataset import HandMadeDataset
 from warehouse_sim.generation.plan import GenerateConfig, default_formats
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
-from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe import changed, load_recipe
 from warehouse_sim.one_writer import is_lock, one_writer
 from warehouse_sim.ranges import Range
 from warehouse_sim.render import backend_options as checked_options
@@ -35,6 +35,7 @@ def generate(
     *,
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0,
     formats: str | Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
     workers: Annotated[int, Range(1, 256)] = 1,
     resume: bool = False,
     overwrite: bool = False,
@@ -56,6 +57,8 @@ def generate(
         scenes: Number of scenes; the recipe's own number by default.
         seed: Of the dataset; the same seed gives the same bytes, whatever the number of workers.
         formats: Formats to write, see ``warehouse-sim list``; by default KITTI and BOP, or BOP where there is no LiDAR.
+        outputs: What to hold of an observation, such as ``["rgb", "depth", "masks", "poses"]``, in place of what the
+            recipe wants (docs/dataset.md).
         workers: Processes. With more than one, a script calls this under ``if __name__ == "__main__":``.
         resume: Go on with a run that was interrupted.
         overwrite: Delete the dataset that is there.
@@ -83,8 +86,18 @@ def generate(
         overwrite=overwrite,
         skip_failed=skip_failed,
     )
-    write_dataset(_resolved(recipe), Path(out), config, progress)
+    named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    write_dataset(with_outputs(_resolved(recipe), named), Path(out), config, progress)
     return Dataset(out)
+
+
+def with_outputs(recipe: ResolvedRecipe, outputs: Sequence[str]) -> ResolvedRecipe:
+    """Return a recipe that wants these outputs; itself where none is named.
+
+    Raises:
+        RecipeError: There is no such output, it cannot be made with the rig, or poses are not among them.
+    """
+    return changed(recipe, {"sensors": {"outputs": list(outputs)}}) if outputs else recipe
 
 
 def plan_cost(recipe: ResolvedRecipe, config: GenerateConfig, out: Path) -> Estimate:

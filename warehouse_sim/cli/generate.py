@@ -27,6 +27,7 @@ def generate(
     scenes: int | None = None,
     seed: int = 0,
     formats: tuple[str, ...] = (),
+    outputs: tuple[str, ...] = (),
     backend: str = "raster",
     backend_options: tuple[str, ...] = (),
     samples: int | None = None,
@@ -53,6 +54,8 @@ def generate(
         scenes: Number of scenes; the recipe's own number by default.
         seed: Seed of the dataset, >= 0; the same seed gives the same bytes whatever the number of workers.
         formats: Dataset formats to write; by default kitti and bop, or bop alone where the rig has no LiDAR.
+        outputs: What to hold of an observation, in place of the recipe's ``sensors.outputs``, as rgb depth masks poses;
+            ``default`` for the usual ones, see docs/dataset.md.
         backend: Render backend.
         backend_options: Options of that backend, as ``key=value``.
         samples: Paths a pixel of the path tracer: its option ``samples``.
@@ -78,9 +81,9 @@ def generate(
         raise InputError("--overwrite begins again and --resume goes on; give one of them")
     if merge:
         of_recipes = {
-            "scenes": scenes, "seed": seed, "formats": formats, "backend": backend != "raster", "samples": samples,
-            "backend-options": backend_options, "denoise": denoise, "difficulty": difficulty, "workers": workers,
-            "shard": shard, "scene-limit": scene_limit, "plan": plan, "max-gb": max_gb,
+            "scenes": scenes, "seed": seed, "formats": formats, "outputs": outputs, "backend": backend != "raster",
+            "samples": samples, "backend-options": backend_options, "denoise": denoise, "difficulty": difficulty,
+            "workers": workers, "shard": shard, "scene-limit": scene_limit, "plan": plan, "max-gb": max_gb,
         }  # fmt: skip
         given = [f"--{name}" for name, value in of_recipes.items() if value not in (None, False, 0, ())]
         if given:
@@ -89,14 +92,14 @@ def generate(
         return
     assert recipe is not None
     require_extra("generate", "to make scenes")
-    from warehouse_sim.api.generate import write_dataset
+    from warehouse_sim.api.generate import with_outputs, write_dataset
     from warehouse_sim.api.recipe import recipe as read_recipe
     from warehouse_sim.dataset.shards.shard import parse_shard
     from warehouse_sim.generation.plan import GenerateConfig
     from warehouse_sim.render import option_settings, with_shortcuts
 
     pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
-    chosen = read_recipe(recipe, difficulty=difficulty).resolved
+    chosen = with_outputs(read_recipe(recipe, difficulty=difficulty).resolved, outputs)
     config = GenerateConfig(
         scenes=scenes,
         seed=seed,
@@ -114,7 +117,7 @@ def generate(
     if plan:
         _print_plan(chosen, config, out)
         return
-    alone = partial(_alone, recipe, difficulty, config, scenes or chosen.scenes, out)
+    alone = partial(_alone, recipe, difficulty, outputs, config, scenes or chosen.scenes, out)
     try:
         with count_progress("scenes") as progress:
             manifest = write_dataset(chosen, out, config, progress)
@@ -175,12 +178,19 @@ def _name(scenes: Sequence[int], alone: Callable[[int], str]) -> None:
 
 
 def _alone(
-    recipe: str, difficulty: float | None, config: "GenerateConfig", total: int, out: Path, scene_index: int
+    recipe: str,
+    difficulty: float | None,
+    outputs: Sequence[str],
+    config: "GenerateConfig",
+    total: int,
+    out: Path,
+    scene_index: int,
 ) -> str:
     """Return the command that makes one scene of the dataset, into a folder of its own."""
     command = ["warehouse-sim", "generate", recipe, "--out", f"{out}-scene-{scene_index}", "--seed", str(config.seed)]
     command += ["--scenes", str(total), "--shard", f"{scene_index}/{total}", "--workers", "1"]
     command += [*(["--formats", *config.formats] if config.formats else []), "--backend", config.backend]
+    command += ["--outputs", *outputs] if outputs else []
     if config.backend_options:
         command += ["--backend-options", *(f"{key}={value}" for key, value in config.backend_options.items())]
     return shlex.join([*command, *([] if difficulty is None else ["--difficulty", str(difficulty)])])

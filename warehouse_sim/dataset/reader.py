@@ -243,7 +243,7 @@ class DatasetReader:
 
     def _require_clean(self) -> None:
         if not self.has_clean:
-            raise DatasetError(f"{self.root}: holds no clean images; generate it with sensors.clean: true")
+            raise DatasetError(f"{self.root}: holds no clean images; generate it with --outputs default clean")
 
 
 def is_dataset(root: str | Path) -> bool:

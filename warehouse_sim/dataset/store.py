@@ -12,6 +12,7 @@ from warehouse_sim.dataset.card.thumbnails import shown_observations, write_shee
 from warehouse_sim.dataset.discard import discard_scene, discard_unstarted
 from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.formats import DatasetWriter, dataset_format
+from warehouse_sim.dataset.formats.fit import require_fit
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, load_manifest, write_manifest
@@ -27,6 +28,7 @@ from warehouse_sim.dataset.stored.scene_record import (
     write_damaged_meshes,
     write_scene_record,
 )
+from warehouse_sim.dataset.viewing.overlay import colorize_depth
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.one_writer import is_lock
@@ -49,10 +51,8 @@ class DatasetStore:
     def __init__(self, root: Path, manifest: Manifest) -> None:
         self.root, self.manifest = root, manifest
         self._layout = DatasetLayout(root)
-        formats = [dataset_format(name) for name in manifest.formats]
-        for item in formats:
-            item.reject(manifest)
-        self._writers: list[DatasetWriter] = [item.writer(root, manifest) for item in formats]
+        require_fit(manifest)
+        self._writers: list[DatasetWriter] = [dataset_format(name).writer(root, manifest) for name in manifest.formats]
 
     def begin(
         self, models: Sequence[ObjectModel], camera: PinholeCamera, resume: bool = False, shard: Shard | None = None
@@ -230,7 +230,9 @@ class DatasetStore:
     def _store_thumbnail(self, observation: Observation) -> None:
         place = observation.scene_index, observation.observation_index
         if place in shown_observations(self.manifest.scenes, self.manifest.observations_per_scene):
-            write_thumbnail(self._layout.card, observation.rgbd.rgb, *place)
+            shown = "rgb" in self.manifest.contents.outputs
+            read = observation.rgbd
+            write_thumbnail(self._layout.card, read.rgb if shown else colorize_depth(read.depth), *place)
 
     def _kind(self, sensor: str) -> str:
         return self.manifest.contents.sensors.get(sensor, sensor)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from warehouse_sim.dataset.checks import manifest, structure
-from warehouse_sim.dataset.checks.findings import Check, NamedCheck
+from warehouse_sim.dataset.checks.findings import Check, Findings, NamedCheck
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.checks.third_party import checks_of
 from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
@@ -86,6 +86,8 @@ def _report_progress(progress: ProgressCallback, name: str, number: int, count: 
 
 def _run(check: NamedCheck, subject: Subject | ThirdPartySubject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
+    if isinstance(subject, Subject) and (lacked := check.lacks(subject.manifest.contents.outputs)):
+        return Findings(lacking=f"{lacked} is left out").outcome(check.name)
     try:
         return check.run(subject).outcome(check.name)
     except WarehouseSimError as problem:

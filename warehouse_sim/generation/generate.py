@@ -16,7 +16,7 @@ from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.generation.allowance import Allowance
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, storable
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
@@ -89,9 +89,8 @@ def generate(
 def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
     """Draw a scene and store it, whatever other scenes are there."""
     prepared = prepare_scene(job.recipe, job.manifest.seed, scene_index)
-    observations = observe_scene(
-        prepared.scene, job.recipe.sensors, renderer, prepared.variants, bool(job.manifest.contents.levelled)
-    )
+    rig = storable(job.recipe.sensors, job.manifest.formats)
+    observations = observe_scene(prepared.scene, rig, renderer, prepared.variants, bool(job.manifest.contents.levelled))
     store = DatasetStore(job.root, job.manifest)
     outcome = Outcome(
         to_mapping(prepared.settle),

@@ -156,9 +156,10 @@ def observe_scene(
     first: list[tuple[_Unlit, _Unlit | None]] = []
     errors = None
     if rig.calibration is not None:
-        errors = rig.calibration.sample(rig.mounted(), partial(scene_rng, scene.seed, scene.scene_index))
+        errors = rig.calibration.sample(rig.reading(), partial(scene_rng, scene.seed, scene.scene_index))
     for number, variant in enumerate(variants):
-        sensors = replace(rig, rgbd=variant.sensor.rgbd).mounted()
+        sensors = replace(rig, rgbd=variant.sensor.rgbd).reading()
+        kept = [name for name in sensors if name == CAMERA or rig.output_of(name) in rig.wanted]
         for index, viewpoint in enumerate(variant.scene.viewpoints):
             moment, change = stage.set_up(variant.seen_from(index), index, viewpoint)
             known = first[index] if number else (None, None)
@@ -169,15 +170,17 @@ def observe_scene(
             group = index if len(variants) > 1 else None
             place = number * len(variant.scene.viewpoints) + index
             yield replace(
-                _numbered(observation, place, group),
-                level=upright and _numbered(upright, place, group),
+                _numbered(observation, place, group, kept),
+                level=upright and _numbered(upright, place, group, kept),
                 nominal=None if errors is None else errors.nominal(observation, viewpoint),
             )
 
 
-def _numbered(observation: Observation, index: int, group: int | None) -> Observation:
+def _numbered(observation: Observation, index: int, group: int | None, kept: Sequence[str]) -> Observation:
+    """Return an observation with its number, its group of variants and the readings of sensors that are ``kept``."""
     conditions = replace(observation.conditions, variant_group=group)
-    return replace(observation, observation_index=index, conditions=conditions)
+    readings = {name: item for name, item in observation.readings.items() if name in kept}
+    return replace(observation, observation_index=index, conditions=conditions, readings=readings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """What a dataset will be before any of it is made: its manifest with splits, and the geometries labels can name."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
@@ -13,6 +13,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card.text import data_licences
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.formats import dataset_format
+from warehouse_sim.dataset.formats.fit import held, needed, require_fit, require_place
 from warehouse_sim.dataset.manifest import Manifest, PairedVariant, package_versions
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
@@ -25,6 +26,8 @@ from warehouse_sim.ranges import Range, Seed, ranged
 from warehouse_sim.resources import data_folder
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
 from warehouse_sim.schema import ObjectModel
+from warehouse_sim.schema.outputs import Output
+from warehouse_sim.sensors.rig import RigConfig
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,19 @@ class GenerateConfig:
 
 
 def default_formats(recipe: Recipe) -> tuple[str, ...]:
-    """Return the formats of a dataset for which nobody names any: KITTI and BOP; BOP alone where there is no LiDAR."""
-    return ("kitti", "bop") if recipe.sensors.lidar is not None else ("bop",)
+    """Return the formats of a dataset for which nobody names any: KITTI and BOP; BOP alone where KITTI lacks a part."""
+    fits = recipe.sensors.lidar is not None and needed(dataset_format("kitti")) <= set(recipe.sensors.wanted)
+    return ("kitti", "bop") if fits else ("bop",)
+
+
+_MAY_REST: frozenset[Output] = frozenset({"lidar", "right"})
+"""Outputs whose sensors need not read where no format has a place for them."""
+
+
+def storable(rig: RigConfig, formats: Sequence[str]) -> RigConfig:
+    """Return a rig that does without the sensors whose readings none of these formats holds."""
+    resting = _MAY_REST - held(formats)
+    return replace(rig, outputs=tuple(name for name in rig.wanted if name not in resting))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +121,8 @@ def plan_dataset(recipe: Recipe, config: GenerateConfig) -> DatasetPlan:
         licences=recipe_licences(plain, contents.plugins),
     )
     # Before scenes are measured for the split, which can take long.
-    for name in undivided.formats:
-        dataset_format(name).reject(undivided)
+    require_fit(undivided)
+    require_place(plain, undivided.formats)
     features = measured_features(recipe, config.seed, scenes, config.workers) if recipe.split.stratify else None
     return DatasetPlan(replace(undivided, splits=split_scenes(scenes, recipe.split, features)), models, camera)
 

@@ -23,7 +23,7 @@ def test_converted_files_are_those_that_are_generated(shared: Shared, tmp_path: 
     pytest.importorskip("mcap")
     recipe = load_recipe(str(shared.small))
     # Which key points are hidden follows from the true depth, which is stored with the clean images.
-    recipe = replace(recipe, sensors=replace(recipe.sensors, clean=True))
+    recipe = replace(recipe, sensors=replace(recipe.sensors, outputs=("default", "clean")))
     config = GenerateConfig(scenes=3, seed=21, formats=("kitti", "bop", "coco", *SAME), workers=1)
     generate(recipe, tmp_path / "at_once", config)
     generate(recipe, tmp_path / "first", GenerateConfig(scenes=3, seed=21, formats=("kitti", "bop"), workers=1))

@@ -12,7 +12,7 @@ scene: {targets: [pallet, carton]}
 sensors:
   rig: dissertation
   lidar: vlp16
-  clean: true
+  outputs: [default, clean]
   camera: {width: 320, height: 240, focal_px: 240, cx: 157.3, cy: 121.6}
 split: {train: 0.5, val: 0.0, test: 0.5}
 """

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.schema.outputs import Output, in_words
 
 
 def read_text(path: Path) -> str:
@@ -86,6 +87,12 @@ class NamedCheck:
     """Takes the ``Subject``."""
     compares_with: str | None = None
     """Another format that the dataset must hold, too."""
+    needs: tuple[tuple[Output, ...], ...] = ()
+    """Sets of outputs with which it can be made, one of which the dataset must hold; none = it always can."""
+
+    def lacks(self, outputs: frozenset[Output]) -> str:
+        """Return the outputs that the nearest set lacks of these, in words; empty if one of the sets is there."""
+        return min((in_words(set(needed) - outputs) for needed in self.needs), key=len, default="")
 
 
 def compare_names(findings: Findings, folder: Path, expected: set[str], kind: str = "file") -> None:

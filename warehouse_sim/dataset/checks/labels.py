@@ -71,11 +71,12 @@ def decode_runs(runs: Any, image: ImageRecord, where: str) -> Bool[np.ndarray, "
 def lie_apart(
     findings: Findings,
     visible: Bool[np.ndarray, "h w"],
-    whole: Bool[np.ndarray, "h w"],
+    whole: Bool[np.ndarray, "h w"] | None,
     taken: Bool[np.ndarray, "h w"],
     where: str,
 ) -> None:
-    """Require a visible mask to lie in the whole amodal one and beside the pixels that are ``taken``; take its own."""
-    findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole amodal mask")
+    """Require a visible mask to lie in the amodal one, if there is one, and beside ``taken`` pixels; take its own."""
+    if whole is not None:
+        findings.require(not (visible & ~whole).any(), f"{where}: is not part of the whole amodal mask")
     findings.require(not (visible & taken).any(), f"{where}: overlaps the visible mask of another object")
     taken |= visible

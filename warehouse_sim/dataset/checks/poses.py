@@ -16,6 +16,7 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.schema.outputs import Output
 
 _NEAR = 0.05
 _ALONG_EDGE, _SAG_PX = 17, 3.0
@@ -134,6 +135,10 @@ class _Comparison:
     """Median of drawn depth (m)."""
 
 
+PROJECTION_NEEDS: tuple[tuple[Output, ...], ...] = (("amodal_masks",), ("masks", "depth"))
+"""What a model at its pose is held against: its amodal mask, and depth in its visible one."""
+
+
 def projection(subject: Subject) -> Findings:
     """Draw a spread sample of targets again from the models and compare amodal masks and depth with the files."""
     built = {obj_id: info.mesh() for obj_id, info in subject.objects.items()}
@@ -201,7 +206,8 @@ def _compare_all(
     subject: Subject, pairs: list[tuple[ImageRecord, TargetRecord]], built: Mapping[int, TriangleMesh]
 ) -> list[tuple[str, _Comparison]]:
     """Return where and how targets of one image differ, but for those too near to be drawn."""
-    depth, found = subject.depth(pairs[0][0]), []
+    has_depth = {"masks", "depth"} <= subject.manifest.contents.outputs
+    depth, found = subject.depth(pairs[0][0]) if has_depth else None, []
     for image, target in pairs:
         item = None if target.instance_id is None else subject.record(image.scene_id).object(target.instance_id)
         damaged = None if item is None else read_damaged_mesh(subject.root, item)
@@ -213,14 +219,21 @@ def _compare_all(
 
 
 def _compare(
-    subject: Subject, image: ImageRecord, target: TargetRecord, mesh: TriangleMesh, depth: Float32[np.ndarray, "h w"]
+    subject: Subject,
+    image: ImageRecord,
+    target: TargetRecord,
+    mesh: TriangleMesh,
+    depth: Float32[np.ndarray, "h w"] | None,
 ) -> _Comparison | None:
-    """Return the differences, or None if the target is too near to be drawn."""
+    """Return the differences, none from what is not stored, or None if the target is too near to be drawn."""
     sampled = mesh_depth(mesh, target.T_camera_object, image.camera)
     if sampled is None:
         return None
-    amodal_mask, mask = np.isfinite(sampled), subject.readable.mask(image, target.gt_index)
-    shift_px, mismatch = amodal_mask_shift(mask, amodal_mask)
+    amodal_mask, shift_px, mismatch = np.isfinite(sampled), np.zeros(2), 0.0
+    if "amodal_masks" in subject.manifest.contents.outputs:
+        shift_px, mismatch = amodal_mask_shift(subject.readable.mask(image, target.gt_index), amodal_mask)
+    if depth is None:
+        return _Comparison(shift_px, mismatch, 0.0, np.inf, 0.0)
     visible = subject.readable.mask_visible(image, target.gt_index)
     seen = amodal_mask & (depth > 0) & comparable(visible, sampled, bool(subject.manifest.contents.depth_bias))
     residuals = depth[seen] - sampled[seen]

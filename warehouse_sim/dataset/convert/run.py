@@ -23,6 +23,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import one_writer
 from warehouse_sim.output import link_or_copy
 from warehouse_sim.schema import ObjectModel
+from warehouse_sim.schema.outputs import Output, in_words
 
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of finished scenes and of all scenes."""
@@ -76,6 +77,10 @@ def convert(
         return store.finish()
 
 
+_READ: tuple[Output, ...] = ("rgb", "depth", "masks", "amodal_masks")
+"""Without which an observation cannot be put together again."""
+
+
 def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
     """Reject what needs a renderer, and what is there already.
 
@@ -85,6 +90,11 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
     if not formats:
         raise DatasetError("name a format with --to, or several")
     contents = None if reader.manifest is None else reader.manifest.contents
+    if contents is not None and (left_out := [name for name in _READ if name in contents.left_out]):
+        raise DatasetError(
+            f"{reader.root}: was generated without {in_words(left_out)}, which converting needs; generate it again "
+            f"with {' '.join(formats)} among its --formats"
+        )
     flat = next((info.name for info in reader.objects.values() if not (info.size > 0).all()), None)
     if flat is not None:
         raise DatasetError(

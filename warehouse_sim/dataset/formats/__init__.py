@@ -118,8 +118,9 @@ class Format(Protocol):
     """A dataset format; its files go into the dataset's folder of its name.
 
     A method ``sweep(root, manifest, image)`` may read the main LiDAR's mounted sweep of an image of a dataset with a
-    manifest, where the format holds them. One class attribute may say more of it: with ``needs_level_camera = True``
-    observations of a camera that can tilt have a second one in ``Observation.level``, that of a level virtual camera.
+    manifest, where the format holds them. Attributes may say more of it: with ``needs_level_camera = True``
+    observations of a camera that can tilt have a second one in ``Observation.level``, that of a level virtual camera;
+    ``needs`` and ``holds`` are the outputs (``schema.outputs``) that it cannot do without and has a place for.
     """
 
     @property

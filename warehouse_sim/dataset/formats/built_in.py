@@ -9,6 +9,7 @@ from typing import Any
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.schema.outputs import Output
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,10 @@ class BuiltIn:
     """Where the checks of its files are, as "module:name", as are all parts."""
     writer_at: str
     """A class that takes the dataset's folder and its manifest."""
+    needs: tuple[Output, ...]
+    """Outputs that it cannot do without."""
+    holds: tuple[Output, ...]
+    """Outputs that it has a place for, those among them."""
     third_party_checks_at: str = ""
     """Checks of third-party folders only; empty = none."""
 

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field, fields
 from typing import Annotated, Any
 
 from warehouse_sim.config import to_mapping
-from warehouse_sim.errors import shown
+from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Lens, lens_of
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.schema.outputs import USUAL, Output, in_words
 
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]{0,60}")
 """Of what is stored in a folder of its name."""
@@ -134,6 +135,8 @@ class Contents:
     """Whether the disparity that matching finds is stored."""
     clean: bool = False
     """Whether clean depth and colour are stored beside the readings."""
+    left_out: tuple[Output, ...] = field(default=(), metadata={"omitted": True})
+    """What the recipe wants no file of, though its rig has it."""
     lidar: LidarContents | None = field(default_factory=LidarContents)
     """The main LiDAR; null = none."""
     lidars: tuple[str, ...] = ()
@@ -165,6 +168,27 @@ class Contents:
         for name in (*self.sensors, *self.readings):
             if not SENSOR_NAME.fullmatch(name):
                 raise ValueError(f"the name of a sensor must be small letters, digits and _, found {shown(name)}")
+
+    @property
+    def outputs(self) -> frozenset[Output]:
+        """What the recipe wants of an observation, as far as its rig has it."""
+        has: dict[Output, bool] = {
+            "lidar": self.lidar is not None,
+            "right": self.baseline is not None,
+            "readings": bool(self.sensors),
+        }
+        usual = {name for name in USUAL if name not in self.left_out and has.get(name, True)}
+        return frozenset(usual.union(("clean",) if self.clean else ()))
+
+    def require(self, output: Output, root: object) -> None:
+        """Reject to read what was left out.
+
+        Raises:
+            DatasetError: It was; says how the dataset at ``root`` would have it.
+        """
+        if output not in self.outputs:
+            added = in_words({*self.outputs, output}).replace(",", "")
+            raise DatasetError(f"{root}: holds no {output}; generate it with --outputs {added}")
 
     @property
     def distortion(self) -> Lens | None:

@@ -5,12 +5,13 @@ from dataclasses import replace
 from importlib.metadata import entry_points
 from typing import Any
 
-from warehouse_sim.config import from_mapping
+from warehouse_sim.config import convert, from_mapping
 from warehouse_sim.dataset.files.plain import LENGTHS, NUMBERS, PIXELS, PLACES, Span, take, take_if_given
 from warehouse_sim.dataset.stored.contents import CameraContents, Contents, LidarContents
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.ranges import ranges_of
 from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
+from warehouse_sim.schema.outputs import USUAL, Output, WantedOutput, wanted
 
 _COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 _FOCAL = Span(1e-3, 1e6)
@@ -46,25 +47,29 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
     sensors = take_if_given(recipe, "sensors", dict, where) or {}
     scene = take_if_given(recipe, "scene", dict, where) or {}
     inner = f"{where}: sensors"
-    right = take_if_given(sensors, "right", dict, inner)
-    lidar = None if sensors.get("lidar", {}) is None else _lidar(sensors, inner)
-    lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {})
-    matched = right is not None and right.get("matching") is not None
     depths = depth_models(recipe, where)
-    more = take_if_given(sensors, "more", dict, inner) or {}
-    imu = {} if take_if_given(sensors, "imu", dict, inner) is None else {IMU: "imu"}
     try:
+        outputs, left_out = _outputs(sensors, inner)
+        right = take_if_given(sensors, "right", dict, inner) if "right" in outputs else None
+        has_lidar = "lidar" in outputs and sensors.get("lidar", {}) is not None
+        lidar = _lidar(sensors, inner) if has_lidar else None
+        lidars = tuple(take_if_given(sensors, "lidars", dict, inner) or {}) if has_lidar else ()
+        matched = right is not None and right.get("matching") is not None
+        more = take_if_given(sensors, "more", dict, inner) or {}
+        imu = {} if take_if_given(sensors, "imu", dict, inner) is None else {IMU: "imu"}
+        kinds = imu | {name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more}
         return Contents(
             name=take_if_given(recipe, "name", str, where) or "",
             description=take_if_given(recipe, "description", str, where) or "",
-            channels=_channels(right is not None, matched, lidar is not None, lidars),
+            channels=_channels(outputs, right is not None, matched, lidar is not None, lidars),
             camera=_camera(take_if_given(sensors, "camera", dict, inner) or {}, f"{inner}: camera"),
             baseline=None if right is None else take(right, "baseline", float, f"{inner}: right", LENGTHS),
             matched=matched,
-            clean=bool(take_if_given(sensors, "clean", bool, inner)),
+            clean="clean" in outputs,
+            left_out=left_out,
             lidar=lidar,
             lidars=lidars,
-            sensors=imu | {name: take(more[name], "sensor", str, f"{inner}: more: {name}") for name in more},
+            sensors=kinds if "readings" in outputs else {},
             depth_ranges=_depth_ranges(depths, where),
             depth_bias=max((_BIASED.get(str(depth.get("model")), 0.0) for depth in depths.values()), default=0.0),
             tilted_viewpoints=_tilted(scene, f"{where}: scene"),
@@ -74,8 +79,22 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
         raise DatasetError(f"{inner}: {problem}") from problem
 
 
-def _channels(right: bool, matched: bool, lidar: bool, lidars: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    channels: dict[str, tuple[str, ...]] = {CAMERA: ("rgb", "depth")}
+def _outputs(sensors: dict[str, Any], where: str) -> tuple[tuple[Output, ...], tuple[Output, ...]]:
+    """Return what a rig wants of an observation, and what it has and wants no file of."""
+    given = take_if_given(sensors, "outputs", list, where) or []
+    outputs = wanted(convert(tuple[WantedOutput, ...], given, f"{where}: outputs"))
+    has = {
+        "lidar": sensors.get("lidar", {}) is not None,
+        "right": sensors.get("right") is not None,
+        "readings": sensors.get("imu") is not None or bool(sensors.get("more")),
+    }
+    return outputs, tuple(name for name in USUAL if name not in outputs and has.get(name, True))
+
+
+def _channels(
+    outputs: tuple[Output, ...], right: bool, matched: bool, lidar: bool, lidars: tuple[str, ...]
+) -> dict[str, tuple[str, ...]]:
+    channels: dict[str, tuple[str, ...]] = {CAMERA: tuple(name for name in ("rgb", "depth") if name in outputs)}
     if right:
         channels[RIGHT] = ("rgb", "disparity") if matched else ("rgb",)
     if lidar:

@@ -11,6 +11,7 @@ from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
+from warehouse_sim.schema.outputs import Output, WantedOutput, wanted
 from warehouse_sim.sensors import SENSORS
 from warehouse_sim.sensors.imu import Imu
 from warehouse_sim.sensors.lidar import LidarConfig
@@ -59,8 +60,9 @@ class RigConfig:
     """Any other sensors by name: ``{sensor: REGISTERED, mount: {...}}`` and settings of that sensor."""
     calibration: CalibrationConfig | None = None
     """How the calibration that the rig states differs from the true one; null = it does not."""
-    clean: bool = False
-    """Whether datasets hold the clean depth and colour beside what the cameras read."""
+    outputs: tuple[WantedOutput, ...] = ()
+    """What datasets hold of an observation: any of rgb, depth, masks, amodal_masks, poses, lidar, right, readings
+    and clean; ``default``, as nothing, is all but clean."""
     camera_height: Annotated[float, Range(0.1, 20, "m")] | None = None
     """Height of the camera above the floor (m), 0.1-20, where the recipe's viewpoints say none; null = their own."""
 
@@ -93,6 +95,7 @@ class RigConfig:
         names = [*built_in, *self.lidars, *self.more]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"every sensor of a rig needs a name of its own; {', '.join(twice)}: rename one")
+        self._require_outputs()
 
     @classmethod
     def from_plain(cls, data: Any, where: str) -> "RigConfig":
@@ -109,7 +112,7 @@ class RigConfig:
 
     def to_plain(self) -> dict[str, Any]:
         """Return what ``from_plain`` reads back; additions to one camera and one LiDAR only where there are any."""
-        added = ("choices", "lidar_mount", "lidars", "right", "more", "calibration", "clean", "camera_height")
+        added = ("choices", "lidar_mount", "lidars", "right", "more", "calibration", "outputs", "camera_height")
         plain = {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
         return {name: value for name, value in plain.items() if name not in added or value}
 
@@ -124,6 +127,29 @@ class RigConfig:
         """
         choice = rendered_choice(self.choices, rng) if self.choices else SensorChoice("", self.rgbd)
         return replace(choice, rgbd=replace(choice.rgbd, depth=choice.rgbd.depth.sampled(rng)))
+
+    @property
+    def wanted(self) -> tuple[Output, ...]:
+        """What datasets hold of an observation, as far as the rig has it."""
+        return tuple(name for name in wanted(self.outputs) if self._has(name))
+
+    def output_of(self, sensor: str) -> Output:
+        """Return the output that holds what a sensor other than the camera reads."""
+        if sensor in (LIDAR, *self.lidars):
+            return "lidar"
+        return "right" if sensor == RIGHT else "readings"
+
+    def reading(self) -> dict[str, MountedSensor]:
+        """Return the sensors of ``mounted`` that must read, so that all that is wanted can be made.
+
+        Those that a registered package brings may look at what others read: then all do.
+        """
+        others_look = "readings" in self.wanted and bool(self.more)
+        return {
+            name: item
+            for name, item in self.mounted().items()
+            if name == CAMERA or others_look or self.output_of(name) in self.wanted
+        }
 
     def mounted(self) -> dict[str, MountedSensor]:
         """Return all sensors of the rig by name, in the order in which they read; the camera is the first."""
@@ -142,6 +168,19 @@ class RigConfig:
         for name, other in self.more.items():
             found[name] = MountedSensor(other.sensor, other.settings, other.mount, f"sensor {name}")
         return found
+
+    def _has(self, output: WantedOutput) -> bool:
+        sensors = {"lidar": self.lidar, "right": self.right, "readings": self.imu or self.more or None}
+        return output not in sensors or sensors[output] is not None
+
+    def _require_outputs(self) -> None:
+        """Reject outputs that are named twice, cannot be left out, or need a sensor that the rig lacks."""
+        if len(set(self.outputs)) < len(self.outputs):
+            raise ValueError(f"outputs must name each once, found {shown(list(self.outputs))}")
+        if "poses" not in self.wanted:
+            raise ValueError(f"outputs must hold poses, which all labels are of; add it to {shown(list(self.outputs))}")
+        for name in (name for name in self.outputs if not self._has(name)):
+            raise ValueError(f"outputs: {name} is wanted, but the rig has no such sensor; add it, or leave {name} out")
 
 
 def _with_depth(settings: dict[str, Any]) -> dict[str, Any]:

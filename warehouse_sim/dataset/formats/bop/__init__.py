@@ -38,5 +38,7 @@ FORMAT = BopFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.bop.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.bop.writer:BopWriter",
+    needs=("poses",),
+    holds=("rgb", "depth", "masks", "amodal_masks", "poses", "clean"),
     third_party_checks_at="warehouse_sim.dataset.formats.bop.checks.third_party:THIRD_PARTY_CHECKS",
 )

@@ -4,9 +4,29 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.stored.contents import Contents
+from warehouse_sim.schema.outputs import Output
 
 NAME = "bop"
 """Of the format and of its folder in a dataset."""
+
+_IMAGES: dict[str, Output] = {"rgb": "rgb", "depth": "depth", "rgb_clean": "clean", "depth_clean": "clean"}
+_MASKS: dict[str, Output] = {"mask": "amodal_masks", "mask_visib": "masks"}
+
+
+def image_kinds(contents: Contents) -> list[str]:
+    """Return the folders of a scene's images, of those that the dataset holds."""
+    return [kind for kind, output in _IMAGES.items() if output in contents.outputs]
+
+
+def mask_kinds(contents: Contents) -> list[str]:
+    """Return the folders of a scene's masks, of those that the dataset holds."""
+    return [kind for kind, output in _MASKS.items() if output in contents.outputs]
+
+
+def table_names(contents: Contents) -> list[str]:
+    """Return the names of a scene's tables: that of COCO is one of visible masks."""
+    return ["camera", "gt", "gt_info", *(["gt_coco"] if "masks" in contents.outputs else [])]
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.schema.outputs import Output
 
 
 class OwnReader(ReaderBase):
@@ -35,6 +36,7 @@ class OwnReader(ReaderBase):
         self._manifest: Manifest = read_manifest(root)
         self._bop = bop
         self.has_clean = self._manifest.contents.clean
+        self.has_depth = "depth" in self._manifest.contents.outputs
 
     @cached_property
     def objects(self) -> dict[int, ObjectInfo]:
@@ -48,10 +50,12 @@ class OwnReader(ReaderBase):
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
         """Read the colour image."""
+        self._require("rgb")
         return require_size(self._colour(image, "rgb"), image, "rgb")
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Read the depth image: metres along the optical axis, 0 = no reading."""
+        self._require("depth")
         return metres(self._steps(image, "depth"), image)
 
     def clean_rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
@@ -64,11 +68,16 @@ class OwnReader(ReaderBase):
 
     def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's visible pixels."""
+        self._require("masks")
         return require_size(self._mask(image, gt_index, "mask_visib"), image, "mask_visib")
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
+        self._require("amodal_masks")
         return require_size(self._mask(image, gt_index, "mask"), image, "mask")
+
+    def _require(self, output: Output) -> None:
+        self._manifest.contents.require(output, self.root)
 
     def _colour(self, image: ImageRecord, kind: str) -> UInt8[np.ndarray, "h w 3"]:
         raise NotImplementedError
@@ -95,13 +104,12 @@ class BopReader(OwnReader):
         scenes = sorted(self._bop.scene(split, scene_id).root for scene_id in self.splits[split])
         return [path for scene in scenes for path in sorted(scene.rglob("*"))]
 
-    def rgb_file(self, image: ImageRecord) -> Path:
-        """Return the PNG of the colour image."""
-        return self._scene(image).image("rgb", image.image_id)
+    def rgb_file(self, image: ImageRecord) -> Path | None:
+        """Return the PNG of the colour image; None where it was left out."""
+        return self._scene(image).image("rgb", image.image_id) if "rgb" in self._manifest.contents.outputs else None
 
     def _read(self, split: str) -> list[ImageRecord]:
-        camera, where = read_json(self._bop.camera), str(self._bop.camera)
-        size = take(camera, "width", int, where, PIXELS), take(camera, "height", int, where, PIXELS)
+        size = camera_size_wh(self._bop)
         return [
             record
             for scene_id in self.splits[split]
@@ -119,6 +127,12 @@ class BopReader(OwnReader):
 
     def _scene(self, image: ImageRecord) -> BopSceneLayout:
         return self._bop.scene(image.split, image.scene_id)
+
+
+def camera_size_wh(bop: BopLayout) -> tuple[int, int]:
+    """Return width and height (px) of the images of a folder's camera."""
+    camera, where = read_json(bop.camera), str(bop.camera)
+    return take(camera, "width", int, where, PIXELS), take(camera, "height", int, where, PIXELS)
 
 
 def read_model(bop: BopLayout, obj_id: int, even: bool) -> TriangleMesh:

@@ -4,7 +4,8 @@ https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,18 @@ from warehouse_sim.dataset.formats.bop.labels import (
     pose_row,
     visibility_row,
 )
-from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
+from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout, image_kinds, mask_kinds
 from warehouse_sim.dataset.formats.bop.models import write_models
-from warehouse_sim.dataset.formats.observation_files import VISIBLE_ENOUGH, ObservationFiles
+from warehouse_sim.dataset.formats.observation_files import (
+    VISIBLE_ENOUGH,
+    LabelledTarget,
+    ObservationFiles,
+    SharedFile,
+)
 from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo
+from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.fisheye import Fisheye
@@ -51,6 +58,9 @@ Synthetic warehouse scenes made by warehouse-sim; how to make them again is in .
 _CLEAN_INFO = """\
 - rgb_clean/ and depth_clean/ (our own) hold what rgb/ and depth/ would be without errors of the camera; a clean depth
   that does not fit into 16 bits is 0.
+"""
+_LEFT_OUT_INFO = """\
+- Not stored, since the recipe does not want it: {names}. scene_gt_info.json is complete all the same.
 """
 _LENS_INFO = """\
 - Images are not rectified: scene_camera.json has one key more than BOP requires, cam_distortion, with k1 k2 p1 p2 k3 as
@@ -81,6 +91,8 @@ def write_preface(
     write_json(layout.camera, {**defaults, "depth_scale": DEPTH_SCALE, **lens_row(camera)})
     splits = ", ".join(f"{name} {len(scenes)} scenes" for name, scenes in manifest.splits.items())
     text = _INFO.format(splits=splits, scale=DEPTH_SCALE) + (_CLEAN_INFO if manifest.contents.clean else "")
+    if left_out := [name for name in ("rgb", "depth", "masks", "amodal_masks") if name in manifest.contents.left_out]:
+        text += _LEFT_OUT_INFO.format(names=", ".join(left_out))
     if camera.distortion is not None:
         text += _FISHEYE_INFO if isinstance(camera.distortion, Fisheye) else _LENS_INFO
     write_bytes(root / "dataset_info.md", (text + extra).encode("utf-8"), durable=True)
@@ -122,7 +134,6 @@ class BopWriter(WriterBase):
     def __init__(self, root: Path, manifest: Manifest) -> None:
         super().__init__(root, manifest)
         self._layout = bop_layout(root)
-        self._clean = manifest.contents.clean
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
@@ -132,7 +143,7 @@ class BopWriter(WriterBase):
         """Open a scene again."""
         layout = self._layout.scene(self._manifest.split_of(scene.scene_index), scene.scene_index)
         remove_folder(layout.root)
-        return BopSceneWriter(layout, self._objects, self._clean)
+        return BopSceneWriter(layout, self._objects, self._manifest.contents)
 
     def finish(self) -> None:
         """Write the targets of the test split."""
@@ -145,12 +156,26 @@ class BopWriter(WriterBase):
         targets.write(self._layout.root)
 
 
+_IMAGE_FILES: dict[str, Callable[[ObservationFiles], SharedFile]] = {
+    "rgb": attrgetter("rgb"),
+    "depth": attrgetter("depth_mm"),
+    "rgb_clean": attrgetter("rgb_clean"),
+    "depth_clean": attrgetter("depth_clean_mm"),
+}
+_MASK_FILES: dict[str, Callable[[LabelledTarget], SharedFile]] = {
+    "mask": attrgetter("mask_png"),
+    "mask_visib": attrgetter("mask_visible_png"),
+}
+
+
 class BopSceneWriter(SceneWriterBase):
     """Write one scene: its images as they come, then its tables."""
 
-    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], clean: bool) -> None:
-        self._layout, self._objects, self._clean = layout, objects, clean
-        for name in ("rgb", "depth", "mask", "mask_visib", *(("rgb_clean", "depth_clean") if clean else ())):
+    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], contents: Contents) -> None:
+        self._layout, self._objects, self._has_masks = layout, objects, "masks" in contents.outputs
+        self._images_of, self._masks_of = image_kinds(contents), mask_kinds(contents)
+        make_folder(layout.root)
+        for name in (*self._images_of, *self._masks_of):
             make_folder(layout.root / name)
         self._cameras: dict[int, dict[str, Any]] = {}
         self._poses: dict[int, list[dict[str, Any]]] = {}
@@ -167,23 +192,26 @@ class BopSceneWriter(SceneWriterBase):
         observation = files.observation
         image_id = observation.observation_index
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
-        files.rgb.save(self._layout.image("rgb", image_id))
-        files.depth_mm.save(self._layout.image("depth", image_id))
-        if self._clean:
-            files.rgb_clean.save(self._layout.image("rgb_clean", image_id))
-            files.depth_clean_mm.save(self._layout.image("depth_clean", image_id))
+        for kind in self._images_of:
+            _IMAGE_FILES[kind](files).save(self._layout.image(kind, image_id))
         for gt_index, target in enumerate(files.targets):
             require_known(target.annotation.obj_id, self._objects, where)
-            target.mask_png.save(self._layout.mask("mask", image_id, gt_index))
-            target.mask_visible_png.save(self._layout.mask("mask_visib", image_id, gt_index))
-            self._annotations.append(coco_annotation(len(self._annotations) + 1, image_id, target))
+            for kind in self._masks_of:
+                _MASK_FILES[kind](target).save(self._layout.mask(kind, image_id, gt_index))
+            if self._has_masks:
+                self._annotations.append(coco_annotation(len(self._annotations) + 1, image_id, target))
         self._cameras[image_id] = camera_row(observation)
         self._poses[image_id] = [pose_row(target.annotation) for target in files.targets]
         self._infos[image_id] = [visibility_row(target, observation.rgbd.depth) for target in files.targets]
         self._images.append(coco_image(image_id, observation.camera))
 
     def finish(self) -> None:
-        """Write the scene's tables."""
+        """Write the scene's tables; that of COCO holds the visible masks, and is left out with them."""
+        write_json(self._layout.table("camera"), self._cameras)
+        write_json(self._layout.table("gt"), self._poses)
+        write_json(self._layout.table("gt_info"), self._infos)
+        if not self._has_masks:
+            return
         categories = [
             {"id": info.obj_id, "name": info.name, "supercategory": info.class_name} for info in self._objects.values()
         ]
@@ -194,9 +222,6 @@ class BopSceneWriter(SceneWriterBase):
             "images": self._images,
             "annotations": self._annotations,
         }
-        write_json(self._layout.table("camera"), self._cameras)
-        write_json(self._layout.table("gt"), self._poses)
-        write_json(self._layout.table("gt_info"), self._infos)
         write_json(self._layout.table("gt_coco"), coco, depth=2)
 
 

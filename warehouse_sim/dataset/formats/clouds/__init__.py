@@ -8,6 +8,7 @@ from warehouse_sim.dataset.formats import DatasetWriter
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.schema import LidarScan, MountedReading
+from warehouse_sim.schema.outputs import Output
 
 
 class CloudFormat:
@@ -16,6 +17,9 @@ class CloudFormat:
     Args:
         name: "ply" or "pcd", which is the ending of its files, too.
     """
+
+    needs: tuple[Output, ...] = ("rgb", "depth", "poses")
+    holds: tuple[Output, ...] = (*needs, "lidar")
 
     def __init__(self, name: str) -> None:
         self._name = name

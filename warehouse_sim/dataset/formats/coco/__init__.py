@@ -1,7 +1,7 @@
 """The COCO format: instances, amodal instances and panoptic segmentation, https://cocodataset.org/#format-data.
 
-Instances, amodal instances and panoptic are always all written: the images, hard links, are most of a dataset, and a
-format is named in the manifest without options.
+Instances, amodal instances and panoptic are all written, amodal ones unless their masks are left out: the images, hard
+links, are most of a dataset, and a format is named in the manifest without options.
 """
 
 from pathlib import Path
@@ -36,4 +36,6 @@ FORMAT = CocoFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.coco.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.coco.writer:CocoWriter",
+    needs=("rgb", "masks", "poses"),
+    holds=("rgb", "masks", "amodal_masks", "poses"),
 )

@@ -12,23 +12,23 @@ from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_mask, decode_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import take, take_numbers
-from warehouse_sim.dataset.formats.coco.layout import TABLES, coco_layout
+from warehouse_sim.dataset.formats.coco.layout import Table, coco_layout, tables_of
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 
 
 def files(subject: Subject) -> Findings:
-    """Each split holds the images of its observations, the images of their segments, three tables, and no more."""
+    """Each split holds the images of its observations, the images of their segments, its tables, and no more."""
     findings, layout = Findings(), coco_layout(subject.root)
-    folders = {f"panoptic_{split}" for split in SPLITS}
-    compare_names(findings, layout.annotations, {f"{n}_{s}.json" for n in TABLES for s in SPLITS} | folders)
+    folders, names = {f"panoptic_{split}" for split in SPLITS}, tables_of(subject.manifest.contents)
+    compare_names(findings, layout.annotations, {f"{n}_{s}.json" for n in names for s in SPLITS} | folders)
     for split in SPLITS:
         found = [(scene, index) for name, scene, index in subject.observations() if name == split]
-        names = {f"{observation_name(scene, index)}.png" for scene, index in found}
-        compare_names(findings, layout.images(split), names)
-        compare_names(findings, layout.segments(split), names)
-        findings.count += 2 * len(names)
+        images = {f"{observation_name(scene, index)}.png" for scene, index in found}
+        compare_names(findings, layout.images(split), images)
+        compare_names(findings, layout.segments(split), images)
+        findings.count += 2 * len(images)
     findings.examined = f"{findings.count} images"
     return findings
 
@@ -37,19 +37,25 @@ def instances(subject: Subject) -> Findings:
     """Compare annotations with the scene records, and areas and boxes with the masks; no two masks overlap."""
     findings, numbers = Findings(), set()
     for split in SPLITS:
-        tables = [_by_image(subject, name, split) for name in ("instances", "instances_amodal")]
+        tables = {name: _by_image(subject, name, split) for name in _tables_of_instances(subject)}
+        whole = tables.get("instances_amodal")
         for image in subject.readable.images(split):
             key = f"{observation_name(image.scene_id, image.image_id)}.png"
-            rows, whole = (table.get(key, []) for table in tables)
-            _image_agrees(findings, subject, image, rows, whole)
+            rows = tables["instances"].get(key, [])
+            _image_agrees(findings, subject, image, rows, None if whole is None else whole.get(key, []))
             numbers |= {take(row, "id", int, f"{coco_layout(subject.root).annotations}: {key}") for row in rows}
             findings.count += len(rows)
     findings.require(
         len(numbers) == findings.count and 0 not in numbers,
         f"{coco_layout(subject.root).annotations}: numbers of annotations must be unique and begin with 1",
     )
-    findings.examined = f"{findings.count} annotations and as many amodal ones"
+    also = " and as many amodal ones" if len(_tables_of_instances(subject)) > 1 else ""
+    findings.examined = f"{findings.count} annotations{also}"
     return findings
+
+
+def _tables_of_instances(subject: Subject) -> list[Table]:
+    return [name for name in tables_of(subject.manifest.contents) if name != "panoptic"]
 
 
 def panoptic(subject: Subject) -> Findings:
@@ -81,12 +87,13 @@ def same_masks_as_bop(subject: Subject) -> Findings:
     """Every mask decodes to the PNG that BOP has of it."""
     findings = Findings()
     for split in SPLITS:
-        tables = {name: _by_image(subject, name, split) for name in ("instances", "instances_amodal")}
+        tables = {name: _by_image(subject, name, split) for name in _tables_of_instances(subject)}
         for image in subject.readable.images(split):
             key = f"{observation_name(image.scene_id, image.image_id)}.png"
             folder = subject.layout.format_folder("bop") / split / f"{image.scene_id:06d}"
-            for name, kind in (("instances", "mask_visib"), ("instances_amodal", "mask")):
-                for index, row in enumerate(tables[name].get(key, [])):
+            for name, rows in tables.items():
+                for index, row in enumerate(rows.get(key, [])):
+                    kind = "mask_visib" if name == "instances" else "mask"
                     path = folder / kind / f"{image.image_id:06d}_{index:06d}.png"
                     same = np.array_equal(_decoded(row, image, str(path)), decode_mask(path))
                     findings.require(same, f"{path}: differs from the mask in {name}_{split}.json")
@@ -113,20 +120,20 @@ def _image_agrees(
     subject: Subject,
     image: ImageRecord,
     rows: list[dict[str, Any]],
-    whole: list[dict[str, Any]],
+    whole: list[dict[str, Any]] | None,
 ) -> None:
     where = f"{coco_layout(subject.root).annotations}: {observation_name(image.scene_id, image.image_id)}"
     agree_with_record(findings, subject, image, where)
-    if not findings.require(
-        len(rows) == len(whole) == len(image.targets), f"{where}: instances and amodal ones are not the same targets"
-    ):
+    same = len(rows) == len(image.targets) and (whole is None or len(whole) == len(rows))
+    if not findings.require(same, f"{where}: instances and amodal ones are not the same targets"):
         return
     taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-    for target, row, amodal in zip(image.targets, rows, whole, strict=True):
+    for target, row, amodal in zip(image.targets, rows, whole or [None] * len(rows), strict=True):
         here = f"{where}[{target.gt_index}]"
-        visible, amodal_mask = (_measured(findings, entry, image, here) for entry in (row, amodal))
+        visible = _measured(findings, row, image, here)
+        amodal_mask = None if amodal is None else _measured(findings, amodal, image, here)
         lie_apart(findings, visible, amodal_mask, taken, here)
-        findings.require(row.get("id") == amodal.get("id"), f"{here}: has two numbers")
+        findings.require(amodal is None or row.get("id") == amodal.get("id"), f"{here}: has two numbers")
         ignored = target.visible_fraction < VISIBLE_ENOUGH
         findings.require(row.get("iscrowd") == int(ignored), f"{here}: iscrowd must be {int(ignored)}")
 

@@ -6,12 +6,20 @@ from typing import Literal
 
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.stored.contents import Contents
 
 NAME = "coco"
 """Of the format and of its folder in a dataset."""
 Table = Literal["instances", "instances_amodal", "panoptic"]
 """What a table of annotations holds."""
 TABLES: tuple[Table, ...] = ("instances", "instances_amodal", "panoptic")
+
+
+def tables_of(contents: Contents) -> list[Table]:
+    """Return the tables of a dataset; that of amodal masks is left out with them."""
+    return [name for name in TABLES if name != "instances_amodal" or "amodal_masks" in contents.outputs]
+
+
 IMAGES = "images"
 """The part of a scene that every table of its split begins with."""
 

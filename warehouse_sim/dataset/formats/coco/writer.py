@@ -11,11 +11,11 @@ from warehouse_sim.dataset.files.png import encode_png
 from warehouse_sim.dataset.formats.coco.labels import amodal_row, id_colors, image_row, instance_row, segments
 from warehouse_sim.dataset.formats.coco.layout import (
     IMAGES,
-    TABLES,
     CocoLayout,
     Table,
     coco_layout,
     image_number,
+    tables_of,
 )
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.formats.writer_base import WriterBase, remove_file, remove_folder
@@ -45,7 +45,7 @@ def merge_tables(layout: CocoLayout, manifest: Manifest) -> None:
         DatasetError: The part of a scene is missing or malformed.
     """
     make_folder(layout.annotations)
-    for name in TABLES:
+    for name in tables_of(manifest.contents):
         numbers = numbered(_classes(layout, manifest, name))
         first = 1
         for split in SPLITS:
@@ -160,7 +160,7 @@ class CocoSceneWriter:
         self._layout, self._manifest = layout, manifest
         self._split, self._scene_index = manifest.split_of(scene_index), scene_index
         self._class_of = class_of
-        self._parts: dict[str, list[dict[str, Any]]] = {name: [] for name in (IMAGES, *TABLES)}
+        self._parts: dict[str, list[dict[str, Any]]] = {name: [] for name in (IMAGES, *tables_of(manifest.contents))}
 
     def write(self, files: ObservationFiles) -> None:
         """Write the images of one observation and keep its labels.
@@ -177,7 +177,8 @@ class CocoSceneWriter:
         files.rgb.save(self._layout.images(self._split) / f"{name}.png")
         self._parts[IMAGES].append(image_row(observation, number, name))
         self._parts["instances"] += [instance_row(number, target) for target in files.targets]
-        self._parts["instances_amodal"] += [amodal_row(number, target) for target in files.targets]
+        if "instances_amodal" in self._parts:
+            self._parts["instances_amodal"] += [amodal_row(number, target) for target in files.targets]
         # A label names the class also where the scene does not tell of the object.
         class_of = {**self._class_of, **{item.instance_id: item.class_name for item in observation.annotations}}
         where = f"COCO, scene {self._scene_index}, observation {index}"

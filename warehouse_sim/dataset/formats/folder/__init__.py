@@ -19,6 +19,7 @@ class FolderFormat:
 
     name = NAME
     checks: Sequence[NamedCheck] = ()
+    needs = holds = ()
 
     def reject(self, manifest: Manifest) -> NoReturn:
         """Reject to be written: it has no place for labels."""

@@ -53,4 +53,6 @@ FORMAT = KittiFormat(
     layout.NAME,
     checks_at="warehouse_sim.dataset.formats.kitti.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.kitti.writer:KittiWriter",
+    needs=("rgb", "depth", "poses", "lidar"),
+    holds=("rgb", "depth", "poses", "lidar", "right", "clean"),
 )

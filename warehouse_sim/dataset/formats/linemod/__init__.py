@@ -39,4 +39,6 @@ FORMAT = LinemodFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.linemod.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.linemod.writer:LinemodWriter",
+    needs=("rgb", "depth", "masks", "poses"),
+    holds=("rgb", "depth", "masks", "poses"),
 )

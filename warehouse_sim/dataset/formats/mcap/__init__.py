@@ -22,4 +22,6 @@ FORMAT = McapFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.mcap.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.mcap.writer:McapWriter",
+    needs=("rgb", "depth", "poses"),
+    holds=("rgb", "depth", "poses", "lidar", "right"),
 )

@@ -32,4 +32,6 @@ FORMAT = YoloFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.yolo.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.yolo.writer:YoloWriter",
+    needs=("rgb", "masks", "poses"),
+    holds=("rgb", "masks", "poses"),
 )

@@ -9,9 +9,9 @@ CHECKS = (
     NamedCheck("bop models", tables.models),
     NamedCheck("bop tables", tables.tables),
     NamedCheck("bop cameras", tables.cameras),
-    NamedCheck("bop coco", tables.coco),
+    NamedCheck("bop coco", tables.coco, needs=(("masks",),)),
     NamedCheck("bop targets", tables.targets),
-    NamedCheck("bop images", images.images),
-    NamedCheck("bop masks", images.masks),
-    NamedCheck("bop poses on images", poses.projection),
+    NamedCheck("bop images", images.images, needs=(("rgb",), ("depth",), ("clean",))),
+    NamedCheck("bop masks", images.masks, needs=(("masks",), ("amodal_masks",))),
+    NamedCheck("bop poses on images", poses.projection, needs=poses.PROJECTION_NEEDS),
 )

@@ -13,7 +13,7 @@ from warehouse_sim.dataset.checks.labels import decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import take
-from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop.layout import bop_layout, image_kinds, mask_kinds
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
@@ -27,34 +27,43 @@ def images(subject: Subject) -> Findings:
 
 def masks(subject: Subject) -> Findings:
     """Visible masks lie in their amodal masks, do not overlap, and give the stored counts, boxes and run lengths."""
-    rows = []
+    rows, kinds = [], mask_kinds(subject.manifest.contents)
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
-        infos, coco = read_table(layout.table("gt_info")), read_json(layout.table("gt_coco"))
-        where = f"{layout.table('gt_coco')}: annotations"
-        annotations = take(coco, "annotations", list, str(layout.table("gt_coco")))
-        runs = [take(annotation, "segmentation", dict, where) for annotation in annotations]
+        infos, runs = read_table(layout.table("gt_info")), list[dict[str, Any]]()
+        if "mask_visib" in kinds:
+            where = str(layout.table("gt_coco"))
+            annotations = take(read_json(layout.table("gt_coco")), "annotations", list, where)
+            runs = [take(annotation, "segmentation", dict, f"{where}: annotations") for annotation in annotations]
         for image in (image for image in subject.readable.images(split) if image.scene_id == scene):
             count = len(infos[image.image_id])
             rows.append((image, infos[image.image_id], runs[:count]))
             runs = runs[count:]
     findings = subject.put_together(rows, lambda row: _masks_of_image(subject, *row))
-    findings.examined = f"{findings.count} pairs of masks"
+    findings.examined = f"{findings.count} {'pairs of masks' if len(kinds) > 1 else 'masks'}"
     return findings
 
 
 def _channels(subject: Subject, image: ImageRecord) -> Findings:
     findings, reader = Findings(), subject.readable
     layout = bop_layout(subject.root).scene(image.split, image.scene_id)
-    channels = {"rgb": reader.rgb(image), "depth": subject.depth(image)}
-    if reader.has_clean:
-        channels |= {"rgb_clean": reader.clean_rgb(image), "depth_clean": reader.clean_depth(image)}
+    readers = {
+        "rgb": reader.rgb,
+        "depth": subject.depth,
+        "rgb_clean": reader.clean_rgb,
+        "depth_clean": reader.clean_depth,
+    }
+    channels = {kind: readers[kind](image) for kind in image_kinds(subject.manifest.contents)}
+    if {"depth", "depth_clean"} <= channels.keys():
         is_gt = matches_reading(channels["depth_clean"], channels["depth"])
         findings.require(is_gt, f"{layout.image('depth_clean', image.image_id)}: {NOT_ITS_GT}")
+    if {"rgb", "rgb_clean"} <= channels.keys():
         wrong = colour_problem(channels["rgb_clean"], channels["rgb"])
         findings.require(not wrong, f"{layout.image('rgb_clean', image.image_id)}: {wrong}")
-    shown = shows_edges_of(channels["rgb"], channels.get("depth_clean", channels["depth"]))
-    findings.require(shown, f"{layout.image('rgb', image.image_id)}: {OF_ANOTHER_PLACE}")
+    depth = channels.get("depth_clean", channels.get("depth"))
+    if "rgb" in channels and depth is not None:
+        shown = shows_edges_of(channels["rgb"], depth)
+        findings.require(shown, f"{layout.image('rgb', image.image_id)}: {OF_ANOTHER_PLACE}")
     for name, pixels in channels.items():
         where = f"{layout.root / name}: image {image.image_id}"
         far = name == "depth" and may_read_nothing(subject, image.scene_id, image.image_id)
@@ -66,44 +75,53 @@ def _channels(subject: Subject, image: ImageRecord) -> Findings:
 def _masks_of_image(
     subject: Subject, image: ImageRecord, infos: list[dict[str, Any]], runs: list[dict[str, Any]]
 ) -> Findings:
-    findings, depth = Findings(), subject.depth(image)
-    layout, taken = bop_layout(subject.root).scene(image.split, image.scene_id), np.zeros(depth.shape, dtype=bool)
-    for index, (info, segmentation) in enumerate(itertools.zip_longest(infos, runs)):
+    findings, outputs = Findings(), subject.manifest.contents.outputs
+    layout = bop_layout(subject.root).scene(image.split, image.scene_id)
+    taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
+    for index, (info, segmentation) in enumerate(itertools.zip_longest(infos, runs[: len(infos)])):
+        findings.count += 1
+        whole = subject.readable.mask(image, index) if "amodal_masks" in outputs else None
+        if whole is not None:
+            where = str(layout.mask("mask", image.image_id, index))
+            _whole_box_agrees(findings, image, image.targets[index], whole, where)
+            _whole_counts_agree(findings, info, whole, subject.depth(image) if "depth" in outputs else None, where)
+        if "masks" not in outputs:
+            continue
         where = str(layout.mask("mask_visib", image.image_id, index))
-        whole, visible = subject.readable.mask(image, index), subject.readable.mask_visible(image, index)
+        visible = subject.readable.mask_visible(image, index)
         lie_apart(findings, visible, whole, taken, where)
-        _counts_agree(findings, info, whole, visible, depth, where)
+        _counts_agree(findings, info, visible, where)
         box, stored = mask_box_xyxy(visible), image.targets[index].box_visible_xyxy
-        whole_where = str(layout.mask("mask", image.image_id, index))
-        _whole_box_agrees(findings, image, image.targets[index], whole, whole_where)
         same_box = box is not None and tuple(map(float, box)) == stored
         findings.require(same_box, f"{where}: bbox_visib is {stored}, not {box}")
         decoded = decode_runs(segmentation, image, f"{where}: scene_gt_coco.json")
         same = np.array_equal(decoded, visible)
         findings.require(same, f"{where}: differs from the run lengths in scene_gt_coco.json")
-        findings.count += 1
     return findings
 
 
-def _counts_agree(
+def _whole_counts_agree(
     findings: Findings,
     info: dict[str, Any],
     whole: Bool[np.ndarray, "h w"],
-    visible: Bool[np.ndarray, "h w"],
-    depth: Float32[np.ndarray, "h w"],
+    depth: Float32[np.ndarray, "h w"] | None,
     where: str,
 ) -> None:
+    """Hold the counts of the whole amodal mask against it, those of its readings only where depth is stored."""
+    inside = np.count_nonzero(whole)
+    findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its amodal mask")
+    valid = info["px_count_valid"] if depth is None else np.count_nonzero(depth[whole])
+    findings.require(
+        valid == info["px_count_valid"], f"{where}: {valid} readings, px_count_valid is {info['px_count_valid']}"
+    )
+
+
+def _counts_agree(findings: Findings, info: dict[str, Any], visible: Bool[np.ndarray, "h w"], where: str) -> None:
     counted = np.count_nonzero(visible)
     findings.require(
         counted == info["px_count_visib"] > 0,
         f"{where}: has {counted} pixels, px_count_visib is {info['px_count_visib']}",
     )
-    valid = np.count_nonzero(depth[whole])
-    findings.require(
-        valid == info["px_count_valid"], f"{where}: {valid} readings, px_count_valid is {info['px_count_valid']}"
-    )
-    inside = np.count_nonzero(whole)
-    findings.require(inside <= info["px_count_all"], f"{where}: px_count_all is less than its amodal mask")
     fraction = counted / info["px_count_all"] if info["px_count_all"] else -1.0
     findings.require(abs(fraction - info["visib_fract"]) < 1e-9, f"{where}: visib_fract is not {fraction:.6f}")
 

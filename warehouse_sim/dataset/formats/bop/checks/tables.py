@@ -13,7 +13,7 @@ from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_recor
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import read_lens, take, take_if_given, take_numbers
-from warehouse_sim.dataset.formats.bop.layout import BopLayout, bop_layout
+from warehouse_sim.dataset.formats.bop.layout import BopLayout, bop_layout, image_kinds, mask_kinds, table_names
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
@@ -102,9 +102,6 @@ def _is_group(info: ObjectInfo, discrete: Float[np.ndarray, "n 4 4"], axes: Sequ
     return bool((ends.sum(axis=1) == 1).all() and len(set(ends.sum(axis=0).tolist())) == 1)
 
 
-_TABLES = ("camera", "gt", "gt_info", "gt_coco")
-
-
 def files(subject: Subject) -> Findings:
     """Each split holds its scenes and no other; each scene its images, masks and tables and nothing else."""
     findings, count = Findings(), 0
@@ -114,14 +111,15 @@ def files(subject: Subject) -> Findings:
         if scene_names or folder.exists():
             compare_names(findings, folder, scene_names, "scene")
     images = {f"{index:06d}.png" for index in range(subject.manifest.observations_per_scene)}
+    contents = subject.manifest.contents
+    tables = {f"scene_{name}.json" for name in table_names(contents)}
+    channels, kinds = image_kinds(contents), mask_kinds(contents)
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
-        tables = {f"scene_{name}.json" for name in _TABLES}
-        channels = ("rgb", "depth", *(("rgb_clean", "depth_clean") if subject.readable.has_clean else ()))
-        compare_names(findings, layout.root, {*channels, "mask", "mask_visib"} | tables)
+        compare_names(findings, layout.root, {*channels, *kinds} | tables)
         poses = read_table(layout.table("gt"))
         masks = {f"{image_id:06d}_{i:06d}.png" for image_id, row in poses.items() for i in range(_count(row))}
-        for name, expected in (*((name, images) for name in channels), ("mask", masks), ("mask_visib", masks)):
+        for name, expected in (*((name, images) for name in channels), *((name, masks) for name in kinds)):
             compare_names(findings, layout.root / name, expected)
             count += len(expected)
     findings.examined = f"{count} images and masks"

@@ -11,6 +11,7 @@ from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT, NAME
 from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.schema.outputs import Output
 
 
 class ShardsFormat(BuiltIn):
@@ -33,13 +34,18 @@ class ShardsFormat(BuiltIn):
         return ShardsReader(root, SMALL if self.name == SMALL.name else LOSSLESS)
 
 
+_HELD: tuple[Output, ...] = ("rgb", "depth", "masks", "amodal_masks", "poses", "clean")
 FORMAT = ShardsFormat(
     NAME,
     checks_at="warehouse_sim.dataset.formats.bop.shards.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:ShardsWriter",
+    needs=("poses",),
+    holds=_HELD,
 )
 COMPACT_FORMAT = ShardsFormat(
     COMPACT,
     checks_at="warehouse_sim.dataset.formats.bop.shards.checks:COMPACT_CHECKS",
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:CompactWriter",
+    needs=("poses",),
+    holds=_HELD,
 )

@@ -15,6 +15,7 @@ from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.labels import agree_with_record, decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.formats.bop.layout import mask_kinds
 from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL, Coding
 from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.records import ImageRecord
@@ -24,7 +25,7 @@ from warehouse_sim.errors import DatasetError
 
 def archives(coding: Coding, subject: Subject) -> Findings:
     """Each split's shards are full but the last; members stand image by image, each once, with the kinds of all."""
-    findings, kinds = Findings(), coding.kinds(subject.readable.has_clean)
+    findings, kinds = Findings(), coding.kinds(subject.manifest.contents)
     layout = shards_layout(subject.root, coding.name)
     for split in SPLITS:
         folder = layout.split(split)
@@ -61,33 +62,37 @@ def rows(coding: Coding, subject: Subject) -> Findings:
 
 def masks(coding: Coding, subject: Subject) -> Findings:
     """Run lengths, decoded by pycocotools, lie in each other, do not overlap, and have the stored counts."""
-    findings = Findings()
+    findings, kinds = Findings(), mask_kinds(subject.manifest.contents)
     for split in SPLITS:
         images = {(image.scene_id, image.image_id): image for image in subject.readable.images(split)}
         for number in range(-(-len(images) // MOST_IMAGES)):
             path = shards_layout(subject.root, coding.name).shard(split, number)
-            _masks_of_shard(findings, path, images)
-    findings.examined = f"{findings.count} pairs of masks"
+            _masks_of_shard(findings, path, images, kinds)
+    findings.examined = f"{findings.count} {'pairs of masks' if len(kinds) > 1 else 'masks'}"
     return findings
 
 
-def _masks_of_shard(findings: Findings, path: Path, images: dict[tuple[int, int], ImageRecord]) -> None:
+def _masks_of_shard(
+    findings: Findings, path: Path, images: dict[tuple[int, int], ImageRecord], kinds: list[str]
+) -> None:
     with _opened(path) as archive:
-        for name in [name for name in archive.getnames() if name.endswith(".mask.json")]:
+        for name in [name for name in archive.getnames() if name.endswith(f".{kinds[0]}.json")]:
             key, where = name.partition(".")[0], f"{path}/{name}"
             scene, _, index = key.partition("_")
             image = images[int(scene), int(index)]
-            whole = _decoded(archive, f"{key}.mask.json", image, where)
-            seen = _decoded(archive, f"{key}.mask_visib.json", image, where)
+            found = {kind: _decoded(archive, f"{key}.{kind}.json", image, where) for kind in kinds}
             taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-            for target in image.targets:
-                a, b = whole[target.gt_index], seen[target.gt_index]
-                here = f"{where}: {target.gt_index}"
-                lie_apart(findings, b, a, taken, here)
-                counts = (
-                    int(np.count_nonzero(b)) == target.pixels_visible and int(np.count_nonzero(a)) <= target.pixels_all
-                )
-                findings.require(counts, f"{here}: {np.count_nonzero(b)} pixels, gt_info has {target.pixels_visible}")
+            for index, target in enumerate(image.targets):
+                whole, seen = (found[kind][index] if kind in found else None for kind in ("mask", "mask_visib"))
+                here = f"{where}: {index}"
+                if seen is not None:
+                    lie_apart(findings, seen, whole, taken, here)
+                    count = int(np.count_nonzero(seen))
+                    same = count == target.pixels_visible
+                    findings.require(same, f"{here}: {count} pixels, gt_info has {target.pixels_visible}")
+                if whole is not None:
+                    fits = int(np.count_nonzero(whole)) <= target.pixels_all
+                    findings.require(fits, f"{here}: the amodal mask has more pixels than gt_info")
                 findings.count += 1
 
 
@@ -117,8 +122,8 @@ def _checks(coding: Coding) -> tuple[NamedCheck, ...]:
     return (
         NamedCheck(f"{coding.name} shards", partial(archives, coding)),
         NamedCheck(f"{coding.name} rows", partial(rows, coding)),
-        NamedCheck(f"{coding.name} masks", partial(masks, coding)),
-        NamedCheck(f"{coding.name} poses on images", poses.projection),
+        NamedCheck(f"{coding.name} masks", partial(masks, coding), needs=(("masks",), ("amodal_masks",))),
+        NamedCheck(f"{coding.name} poses on images", poses.projection, needs=poses.PROJECTION_NEEDS),
     )
 
 

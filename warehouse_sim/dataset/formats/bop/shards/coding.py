@@ -1,6 +1,7 @@
 """How the images and masks of shards are encoded: quick to write and exact, or as small as is worth keeping."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -9,10 +10,14 @@ from warehouse_sim.dataset.files.jpeg import encode_jpeg
 from warehouse_sim.dataset.files.png import smaller_png
 from warehouse_sim.dataset.files.run_lengths import compressed
 from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
+from warehouse_sim.dataset.formats.bop.layout import image_kinds, mask_kinds
 from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT, NAME
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, ObservationFiles
+from warehouse_sim.dataset.stored.contents import Contents
 
-_ROWS = ("camera.json", "gt.json", "gt_info.json", "mask.json", "mask_visib.json")
+_ROWS = ("camera.json", "gt.json", "gt_info.json")
+_RUNS = {"mask": "runs", "mask_visib": "runs_visible"}
+"""Kinds of masks -> what a labelled target calls their run lengths."""
 
 
 @dataclass(frozen=True)
@@ -29,28 +34,34 @@ class Coding:
         """Whether what is lossless takes time to become small, too."""
         return self.colour == "jpg"
 
-    def kinds(self, clean: bool) -> list[str]:
-        """Return what a member of each image is called, sorted; with clean images or without."""
-        images = [f"{name}{end}" for end in ("", "_clean") for name in ("rgb", "depth") if clean or not end]
-        return sorted([*_ROWS, *(f"{name}.{self.colour if name.startswith('rgb') else 'png'}" for name in images)])
+    def kinds(self, contents: Contents) -> list[str]:
+        """Return what a member of each image is called, sorted; of a dataset of these contents."""
+        images = [f"{name}.{self.colour if name.startswith('rgb') else 'png'}" for name in image_kinds(contents)]
+        return sorted([*_ROWS, *(f"{name}.json" for name in mask_kinds(contents)), *images])
 
-    def members(self, files: ObservationFiles, clean: bool) -> dict[str, bytes]:
+    def members(self, files: ObservationFiles, contents: Contents) -> dict[str, bytes]:
         """Return the members of an observation by their kinds.
 
         Raises:
             DatasetError: A depth does not fit into 16 bits.
         """
         observation, targets = files.observation, files.targets
-        masks = ("mask.json", "runs"), ("mask_visib.json", "runs_visible")
         return {
             "camera.json": self._json(camera_row(observation)),
             "gt.json": self._json([pose_row(target.annotation) for target in targets]),
             "gt_info.json": self._json([visibility_row(target, observation.rgbd.depth) for target in targets]),
             **{
-                kind: self._json({str(i): self._runs(getattr(target, name)) for i, target in enumerate(targets)})
-                for kind, name in masks
+                f"{kind}.json": self._json(
+                    {str(i): self._runs(getattr(target, _RUNS[kind])) for i, target in enumerate(targets)}
+                )
+                for kind in mask_kinds(contents)
             },
-            **(_small_images(files, clean) if self.compact else _images(files, clean)),
+            **{
+                f"{kind}.{self.colour if kind.startswith('rgb') else 'png'}": (
+                    _SMALL_IMAGES[kind](files) if self.compact else _IMAGES[kind](files)
+                )
+                for kind in image_kinds(contents)
+            },
         }
 
     def _runs(self, runs: dict[str, Any]) -> dict[str, Any]:
@@ -64,19 +75,28 @@ LOSSLESS = Coding(NAME, "png")
 SMALL = Coding(COMPACT, "jpg")
 
 
-def _images(files: ObservationFiles, clean: bool) -> dict[str, bytes]:
-    found = {"rgb.png": files.rgb.data, "depth.png": files.depth_mm.data}
-    return found | (
-        {"rgb_clean.png": files.rgb_clean.data, "depth_clean.png": files.depth_clean_mm.data} if clean else {}
-    )
+_IMAGES: dict[str, Callable[[ObservationFiles], bytes]] = {
+    "rgb": lambda files: files.rgb.data,
+    "depth": lambda files: files.depth_mm.data,
+    "rgb_clean": lambda files: files.rgb_clean.data,
+    "depth_clean": lambda files: files.depth_clean_mm.data,
+}
 
 
-def _small_images(files: ObservationFiles, clean: bool) -> dict[str, bytes]:
+def _small_depth(files: ObservationFiles) -> bytes:
     item = files.observation
     where = f"depth in millimetres, scene {item.scene_index}, observation {item.observation_index}"
-    read = depth_steps(item.rgbd.depth, MILLIMETRES, where)
-    found = {"rgb.jpg": encode_jpeg(item.rgbd.rgb), "depth.png": smaller_png(read)}
-    if clean:
-        drawn = depth_steps(fitting_depth(item.buffers.depth, MILLIMETRES), MILLIMETRES, where)
-        found |= {"rgb_clean.jpg": encode_jpeg(item.buffers.rgb), "depth_clean.png": smaller_png(drawn)}
-    return found
+    return smaller_png(depth_steps(item.rgbd.depth, MILLIMETRES, where))
+
+
+def _small_clean_depth(files: ObservationFiles) -> bytes:
+    fitting = fitting_depth(files.observation.buffers.depth, MILLIMETRES)
+    return smaller_png(depth_steps(fitting, MILLIMETRES, "clean depth in millimetres"))
+
+
+_SMALL_IMAGES: dict[str, Callable[[ObservationFiles], bytes]] = {
+    "rgb": lambda files: encode_jpeg(files.observation.rgbd.rgb),
+    "depth": _small_depth,
+    "rgb_clean": lambda files: encode_jpeg(files.observation.buffers.rgb),
+    "depth_clean": _small_clean_depth,
+}

@@ -11,7 +11,7 @@ from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, image
 from warehouse_sim.dataset.files.jpeg import decode_jpeg, jpeg_size_wh
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
-from warehouse_sim.dataset.formats.bop.reader import OwnReader
+from warehouse_sim.dataset.formats.bop.reader import OwnReader, camera_size_wh
 from warehouse_sim.dataset.formats.bop.shards.archive import ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, Coding
 from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
@@ -66,11 +66,16 @@ class ShardsReader(OwnReader):
 
     def _record(self, split: str, scene: int, image: int) -> ImageRecord:
         shards = self._split(split)
-        colour = shards.member((scene, image), f"rgb.{self._coding.colour}")
         members = [shards.member((scene, image), kind) for kind in _ROWS]
         rows = BopRows(*((read_json(member), member.where) for member in members))
-        size = jpeg_size_wh(colour) if self._coding.compact else image_size_wh(colour)
-        return read_image(split, (scene, image), size, rows)
+        return read_image(split, (scene, image), self._size_wh(shards, (scene, image)), rows)
+
+    def _size_wh(self, shards: ShardFolder, numbers: tuple[int, int]) -> tuple[int, int]:
+        """Return width and height of an image (px): the colour's, or the rig's camera's where that is left out."""
+        if "rgb" not in self._manifest.contents.outputs:
+            return camera_size_wh(self._bop)
+        colour = shards.member(numbers, f"rgb.{self._coding.colour}")
+        return jpeg_size_wh(colour) if self._coding.compact else image_size_wh(colour)
 
     def _split(self, split: str) -> ShardFolder:
         """Return the shards of a split, which hold the images of the manifest and no other.

@@ -19,6 +19,7 @@ from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS
+from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.output import make_folder, whole_file, writing
@@ -124,7 +125,7 @@ class ShardsWriter(WriterBase):
         """Open a scene again."""
         path = self._layout.part(scene.scene_index)
         make_folder(path.parent)
-        return ShardsSceneWriter(path, self._objects, self._manifest.contents.clean, self.coding)
+        return ShardsSceneWriter(path, self._objects, self._manifest.contents, self.coding)
 
     def finish(self) -> None:
         """Stream the scenes into shards; write the tables of keys and the targets of the test split."""
@@ -140,8 +141,8 @@ class CompactWriter(ShardsWriter):
 class ShardsSceneWriter(SceneWriterBase):
     """Write the images of one scene into an archive of their own, each as it comes."""
 
-    def __init__(self, path: Path, objects: Mapping[int, ObjectInfo], clean: bool, coding: Coding) -> None:
-        self._path, self._objects, self._clean, self._coding = path, objects, clean, coding
+    def __init__(self, path: Path, objects: Mapping[int, ObjectInfo], contents: Contents, coding: Coding) -> None:
+        self._path, self._objects, self._contents, self._coding = path, objects, contents, coding
         self._open = ExitStack()
         with writing(path):
             # What an interrupted run left of it is overwritten; until the scene is complete, nobody reads it.
@@ -159,7 +160,7 @@ class ShardsSceneWriter(SceneWriterBase):
         where = f"BOP, scene {observation.scene_index}, observation {observation.observation_index}"
         for target in files.targets:
             require_known(target.annotation.obj_id, self._objects, where)
-        members = self._coding.members(files, self._clean)
+        members = self._coding.members(files, self._contents)
         with writing(self._path):
             add_image(self._archive, observation_name(observation.scene_index, observation.observation_index), members)
 

@@ -122,6 +122,8 @@ def _same(
     findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
     if row.is_dont_care or (tuple(box) == target.box_amodal_xyxy and row.truncated == 0.0):
         return
+    if "amodal_masks" not in subject.manifest.contents.outputs:
+        return
     inside = np.count_nonzero(subject.of_format(OTHER).readable.mask(image, target.gt_index))
     cut_off = 1.0 - inside / max(target.pixels_all, 1)
     findings.require(
