@@ -39,12 +39,14 @@ from benchmarks.speed.scoring import scoring
 from benchmarks.speed.streaming import streaming
 from benchmarks.speed.subject import Settings
 from benchmarks.speed.training import training
+from benchmarks.speed.training_observation import training_observation
 
 RESULT = Path(__file__).parents[1] / "results" / "speed.json"
 ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "rgbd_ids_vs_pyrender": partial(compare, "pyrender"),
     "rgbd_ids_vs_mujoco": partial(compare, "mujoco"),
     "full_observation": full_observation,
+    "training_observation": training_observation,
     "encoding": encoding,
     "formats": formats,
     "memory": memory,

@@ -19,6 +19,7 @@ ROWS = {
     "rgbd_ids_vs_pyrender",
     "rgbd_ids_vs_mujoco",
     "full_observation",
+    "training_observation",
     "encoding",
     "formats",
     "memory",
