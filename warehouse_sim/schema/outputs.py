@@ -20,15 +20,15 @@ depth without errors."""
 OUTPUTS: tuple[Output, ...] = get_args(Output)
 USUAL: tuple[Output, ...] = ("rgb", "depth", "masks", "amodal_masks", "poses", "lidar", "right", "readings")
 """What is wanted where nobody says it, as far as a rig has it."""
-DEFAULT = "default"
-"""Stands for ``USUAL`` in a list of outputs."""
 WantedOutput = Literal["default", Output]
+"""An output, or the word for all of ``USUAL``."""
 
 
 def wanted(listed: Iterable[WantedOutput]) -> tuple[Output, ...]:
     """Return the outputs that a list names, in the order of ``OUTPUTS``; an empty one names the usual ones."""
-    named = set(listed) or {DEFAULT}
-    return tuple(name for name in OUTPUTS if name in named or (DEFAULT in named and name in USUAL))
+    named = set(listed)
+    usual = USUAL if not named or "default" in named else ()
+    return tuple(name for name in OUTPUTS if name in named or name in usual)
 
 
 def in_words(names: Iterable[Output]) -> str:

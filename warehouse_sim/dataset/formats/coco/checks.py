@@ -1,5 +1,6 @@
 """Checks of COCO files; masks are decoded by pycocotools."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -128,7 +129,8 @@ def _image_agrees(
     if not findings.require(same, f"{where}: instances and amodal ones are not the same targets"):
         return
     taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-    for target, row, amodal in zip(image.targets, rows, whole or [None] * len(rows), strict=True):
+    amodal_rows: Sequence[dict[str, Any] | None] = [None] * len(rows) if whole is None else whole
+    for target, row, amodal in zip(image.targets, rows, amodal_rows, strict=True):
         here = f"{where}[{target.gt_index}]"
         visible = _measured(findings, row, image, here)
         amodal_mask = None if amodal is None else _measured(findings, amodal, image, here)

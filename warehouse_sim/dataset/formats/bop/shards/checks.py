@@ -82,9 +82,10 @@ def _masks_of_shard(
             image = images[int(scene), int(index)]
             found = {kind: _decoded(archive, f"{key}.{kind}.json", image, where) for kind in kinds}
             taken = np.zeros((image.camera.height, image.camera.width), dtype=bool)
-            for index, target in enumerate(image.targets):
-                whole, seen = (found[kind][index] if kind in found else None for kind in ("mask", "mask_visib"))
-                here = f"{where}: {index}"
+            for target in image.targets:
+                at = target.gt_index
+                whole, seen = (found[kind][at] if kind in found else None for kind in ("mask", "mask_visib"))
+                here = f"{where}: {at}"
                 if seen is not None:
                     lie_apart(findings, seen, whole, taken, here)
                     count = int(np.count_nonzero(seen))
