@@ -22,6 +22,7 @@ from benchmarks.estimators.train import FIRST
 from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
 from benchmarks.front_ends.warehouses import finished
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig, with_preset
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
@@ -84,11 +85,14 @@ PLANS = {
 """By method, those first whose weights chains need most."""
 _WIDE = replace(_DETECTOR, input_wh=(640, 384))
 """A warehouse's pallets are small: a D455's image at three quarters of its size."""
+_POSES = with_preset(replace(FIRST.config, objects=("pallet",)), "robust")
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
     "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",))),
-    "densefusion-depth": Plan(with_preset(replace(FIRST.config, objects=("pallet",)), "robust")),
-    "detector-rgb": Plan(replace(_WIDE, classes=TARGETS)),
+    "densefusion-depth": Plan(_POSES),
+    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE))),
+    "densefusion-middle-2": Plan(_POSES),
+    "detector-rgbd": Plan(replace(_WIDE, classes=("pallet",))),
 }
 """Trained on the parts of ``warehouses`` alone, in any layout."""
 

@@ -11,9 +11,11 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
+from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.images.rows import load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
 from warehouse_sim.learning.samples.array_store import Arrays
+from warehouse_sim.learning.samples.joined import joined_alike
 from warehouse_sim.learning.samples.split import reports_reading
 from warehouse_sim.learning.settings import Progress
 
@@ -52,16 +54,18 @@ def prepare(
         DatasetError: A folder is no dataset that can be read, or lacks what is read.
         TrainingError: A split is empty, or a class is not there.
     """
-    images = ImageConfig(reads, config.input_wh, config.depth_source)
+    images = ImageConfig(reads, config.input_wh, config.depth_source, FACE in config.classes)
     found: dict[str, list[Arrays]] = {}
     for split in ("train", "val"):
-        found[split] = [
+        parts = [
             arrays
             for reader in readers
             for arrays in load_images(
                 reader, split, images, config.workers, cache, reports_reading(progress, split, reader)
             )
         ]
+        # Samples of a step are of one canvas, and shall be of any dataset.
+        found[split] = joined_alike(parts, ("labels", "size_wh", "number"))
     classes, class_of = known_classes(readers, found["train"], config)
     require_wanted(found, readers, classes, class_of, config, "--wanted.visible and --wanted.height-px")
     return Prepared(found, class_of, classes, images)
@@ -103,6 +107,7 @@ def known_classes(
             name = _label(info, config)
             if names.setdefault(obj_id, name) != name:
                 raise TrainingError(f"object {obj_id} is {names[obj_id]} in one dataset and {name} in {reader.root}")
+            names[-obj_id] = FACE
     seen = {int(number) for arrays in images for number in np.unique(arrays["labels"][..., 4]) if np.isfinite(number)}
     labels = {names[number] for number in seen}
     if unknown := sorted(set(config.classes) - labels):

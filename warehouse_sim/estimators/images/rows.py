@@ -6,11 +6,12 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32, UInt16
+from jaxtyping import Float, Float32, UInt16
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
+from warehouse_sim.estimators.images.faces import face_labels
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.settings import DepthSource, ImageConfig
 from warehouse_sim.estimators.lidar.projection import read_sweep, sparse_depth, sweep_points
@@ -32,8 +33,9 @@ def image_rows(reader: DatasetReader, image: ImageRecord, config: ImageConfig) -
     """
     camera = image.camera
     box = Letterbox.fit((camera.width, camera.height), config.input_wh)
+    faces = face_labels(reader, image, box) if config.faces else np.zeros((0, len(LABEL)))
     rows: Arrays = {
-        "labels": image_labels(image.targets, box)[None],
+        "labels": image_labels(image.targets, box, faces)[None],
         "size_wh": np.array([box.source_wh], dtype=np.int32),
         "number": np.array([[image.scene_id, image.image_id]], dtype=np.int32),
     }
@@ -45,12 +47,17 @@ def image_rows(reader: DatasetReader, image: ImageRecord, config: ImageConfig) -
     return rows
 
 
-def image_labels(targets: tuple[TargetRecord, ...], box: Letterbox) -> Float32[np.ndarray, "m 8"]:
-    """Return the labels of an image's visible targets, the largest first; rows of NaN fill the rest."""
+def image_labels(
+    targets: tuple[TargetRecord, ...], box: Letterbox, faces: Float[np.ndarray, "f 8"]
+) -> Float32[np.ndarray, "m 8"]:
+    """Return the labels of an image's visible targets, the largest first, then faces; rows of NaN fill the rest."""
     labels = np.full((MOST_LABELS, len(LABEL)), np.nan, dtype=np.float32)
     seen = [target for target in targets if target.pixels_visible > 0]
     seen.sort(key=lambda target: -target.pixels_visible)
-    for row, target in zip(labels, seen[:MOST_LABELS], strict=False):
+    largest = np.argsort(faces[:, 0] - faces[:, 2], kind="stable")[: MOST_LABELS // 2]
+    seen = seen[: MOST_LABELS - len(largest)]
+    labels[len(seen) : len(seen) + len(largest)] = faces[largest]
+    for row, target in zip(labels, seen, strict=False):
         left, top, right, bottom = target.box_visible_xyxy
         # Inclusive corners of pixel centres become edges.
         row[:4] = box.onto_canvas(np.array([[left, top, right + 1.0, bottom + 1.0]]))[0]
@@ -77,7 +84,7 @@ def read_depth(reader: DatasetReader, image: ImageRecord, source: DepthSource) -
     return reader.depth(image)
 
 
-_FORMAT = 1
+_FORMAT = 2
 """To be raised when the arrays change."""
 
 

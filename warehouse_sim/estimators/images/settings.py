@@ -21,6 +21,8 @@ class ImageConfig:
     """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
     depth_source: DepthSource = "camera"
     """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
+    faces: bool = False
+    """Whether faces of pallets have labels of their own."""
 
 
 @dataclass(frozen=True)

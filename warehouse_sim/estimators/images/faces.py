@@ -1,0 +1,91 @@
+"""Boxes of the faces of pallets that a truck would enter, for networks that are to find these beside whole pallets."""
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float
+
+from warehouse_sim.dataset.objects import FACES, ObjectInfo
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.estimators.images.letterbox import Letterbox
+from warehouse_sim.geometry.pose import transform_points
+
+FACE = "pallet_face"
+"""Class of the face of a pallet that is seen best."""
+_PALLET = "pallet"
+_LEAST_FACING, _CLEARLY_FACING = 0.1, 0.35
+"""Cosine between a face's normal and the way to the camera from which on it is a face, and a second one could be."""
+_NEAREST = 0.05
+"""Depth (m) from which on all corners must lie."""
+
+
+def face_labels(reader: DatasetReader, image: ImageRecord, box: Letterbox) -> Float[np.ndarray, "k 8"]:
+    """Return the labels of faces as ``rows.LABEL`` names them, their obj_id that of the pallet below zero.
+
+    The face that looks at the camera most is labelled; another that could be taken for it has a visible fraction of 0,
+    so that nothing is taught of it. A box holds what is seen of the face's rectangle, and its visible fraction is its
+    area over that of the whole rectangle's box.
+
+    Args:
+        reader: The dataset, which holds visible masks.
+        image: One of its images.
+        box: How the image is scaled.
+    """
+    found = [
+        row
+        for target in image.targets
+        if target.pixels_visible > 0 and target.has_pose and target.info(reader.objects).class_name == _PALLET
+        for row in _labels(reader, image, target, box)
+    ]
+    return np.array(found, dtype=float).reshape(-1, 8)
+
+
+def _labels(
+    reader: DatasetReader, image: ImageRecord, target: TargetRecord, box: Letterbox
+) -> Iterator[tuple[float, ...]]:
+    sides = sorted(_facing(target, target.info(reader.objects)), key=lambda side: -side[0])
+    mask: Bool[np.ndarray, "h w"] | None = None
+    for place, (facing, corners) in enumerate(sides):
+        if facing < (_CLEARLY_FACING if place else _LEAST_FACING) or corners[:, 2].min() < _NEAREST:
+            continue
+        mask = reader.mask_visible(image, target.gt_index) if mask is None else mask
+        outline = image.camera.project(corners)
+        seen = _box_of(mask & _inside(outline, mask.shape))
+        if seen is None:
+            continue
+        left, top, right, bottom = seen
+        whole = np.prod(np.ptp(outline, axis=0))
+        fraction = 0.0 if place else min(1.0, float((right - left) * (bottom - top) / max(whole, 1e-9)))
+        edges = box.onto_canvas(np.array([seen], dtype=float))[0]
+        yield (*edges, -target.obj_id, fraction, bottom - top, target.gt_index)
+
+
+def _facing(target: TargetRecord, info: ObjectInfo) -> Iterator[tuple[float, Float[np.ndarray, "4 3"]]]:
+    """Yield how much each side that pockets open on looks at the camera (cosine), and its corners there (m)."""
+    T, half = target.T_camera_object, np.asarray(info.size) / 2
+    opened = {pocket.face for pocket in info.pockets} or set(FACES)
+    for name, normal in FACES.items():
+        if name not in opened:
+            continue
+        across = np.array([abs(normal[1]), abs(normal[0]), 0.0])
+        ways = [sign * across + up * np.array([0.0, 0.0, 1.0]) for sign, up in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
+        corners = transform_points(T, np.array([(np.array(normal) + way) * half for way in ways]))
+        centre = corners.mean(axis=0)
+        yield -float(T[:3, :3] @ np.array(normal) @ centre) / max(float(np.linalg.norm(centre)), 1e-9), corners
+
+
+def _inside(outline: Float[np.ndarray, "4 2"], shape: tuple[int, ...]) -> Bool[np.ndarray, "h w"]:
+    """Return the pixels of a quadrilateral, its border included."""
+    canvas = np.zeros(shape, dtype=np.uint8)
+    # Far beyond the image its sides stay where they are; OpenCV takes no larger numbers.
+    cv2.fillConvexPoly(canvas, np.rint(np.clip(outline, -16_000, 16_000)).astype(np.int32), 1)
+    return canvas.astype(bool)
+
+
+def _box_of(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int, int, int] | None:
+    """Return left, top, right and bottom edges of what is set (px); None of nothing."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not rows.size:
+        return None
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
