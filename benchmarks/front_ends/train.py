@@ -23,6 +23,7 @@ from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE
 from benchmarks.front_ends.warehouses import finished
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.images.faces import FACE
+from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig, with_preset
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
@@ -86,11 +87,12 @@ PLANS = {
 _WIDE = replace(_DETECTOR, input_wh=(640, 384))
 """A warehouse's pallets are small: a D455's image at three quarters of its size."""
 _POSES = with_preset(replace(FIRST.config, objects=("pallet",)), "robust")
+_ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
     "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",))),
     "densefusion-depth": Plan(_POSES),
-    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE))),
+    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA)),
     "densefusion-middle-2": Plan(_POSES),
     "detector-rgbd": Plan(replace(_WIDE, classes=("pallet",))),
 }

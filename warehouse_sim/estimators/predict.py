@@ -23,6 +23,7 @@ from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.pipeline import passed
+from warehouse_sim.estimators.pose.icp.oracle import OracleIcp
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
 from warehouse_sim.estimators.tracking.settings import TrackConfig
@@ -87,6 +88,8 @@ def predict(
     if estimator.objects is None:
         _require_names(config.objects, [info.name for info in reader.objects.values()])
     estimator.onboard(reader.objects)
+    if isinstance(estimator, OracleIcp):
+        estimator.show(images)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.
     if reader.manifest is not None or finder.takes_gt(estimator):
         require_known(estimator, reader, images)

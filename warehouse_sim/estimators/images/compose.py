@@ -10,6 +10,9 @@ from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.learning.samples.array_store import Arrays
 
 _GREY = 114
+_RICHEST, _SOFTEST_PX, _SHARPEST, _NOISIEST = 1.5, 1.5, 1.0, 15.0
+"""Limits of another camera: colour over the image's own, width of its blur (px), detail that is added once more, and
+grain (codes)."""
 _LEAST_FRACTION = 0.15
 """Of a box must remain, or what remains is only to be ignored."""
 
@@ -86,6 +89,8 @@ def disturbed(sample: Sample, config: ImageAugmentConfig, rng: np.random.Generat
         power = np.exp(rng.uniform(-config.colour, config.colour))
         table = 255.0 * np.clip((np.arange(256)[:, None] / 255.0) ** power * gain, 0, 1)
         rgb = np.asarray(cv2.LUT(rgb, table.astype(np.uint8)[None]))
+    if rgb is not None and rng.random() < config.camera:
+        rgb = _of_another_camera(rgb, rng)
     if depth is not None:
         factor = 1.0 + rng.uniform(-config.depth_scale, config.depth_scale)
         noise = rng.standard_normal(depth.shape, dtype=np.float32) * np.float32(config.depth_noise)
@@ -96,6 +101,20 @@ def disturbed(sample: Sample, config: ImageAugmentConfig, rng: np.random.Generat
             depth[v : v + int(rng.integers(1, height // 8 + 2)), u : u + int(rng.integers(1, width // 12 + 2))] = 0.0
         depth = depth.astype(np.float32)
     return replace(sample, rgb=rgb, depth=depth)
+
+
+def _of_another_camera(rgb: UInt8[np.ndarray, "h w 3"], rng: np.random.Generator) -> UInt8[np.ndarray, "h w 3"]:
+    """Return an image with less or more colour, detail and grain, as phones and machine cameras differ in them."""
+    grey = cv2.cvtColor(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
+    richness = rng.uniform(0.0, _RICHEST)
+    rgb = cv2.addWeighted(rgb, richness, grey, 1.0 - richness, 0.0)
+    soft = cv2.GaussianBlur(rgb, (0, 0), rng.uniform(0.3, _SOFTEST_PX))
+    detail = rng.uniform(-1.0, _SHARPEST)
+    rgb = cv2.addWeighted(rgb, 1.0 + detail, soft, -detail, 0.0)
+    grain = np.frombuffer(rng.bytes(rgb.size), np.uint8).reshape(rgb.shape)
+    width = rng.uniform(0.0, _NOISIEST)
+    # Even in [-width, width]; both ends of the codes saturate.
+    return np.asarray(cv2.addWeighted(rgb, 1.0, grain, width / 127.5, -width))
 
 
 def _canvas(arrays: Arrays) -> tuple[int, int]:

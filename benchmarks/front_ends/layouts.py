@@ -1,0 +1,160 @@
+"""Score chain, network and ceiling in nine layouts, on scenes that nothing was trained on, with the rigs of the recipes.
+
+python -m benchmarks.front_ends.layouts [--runs out/front_ends/runs] [--only selective_rack] [--methods ceiling]
+
+Run folders of ``--runs`` replace bundled weights of their names. Rows go to benchmarks/results/layouts.json.
+"""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+from benchmarks.estimators.data import Data, made
+from benchmarks.front_ends.data import TARGETS
+from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results.detections import read_results, write_results
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.estimators.predict import detect, predict
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.evaluation import evaluate
+from warehouse_sim.evaluation.detection.scores import Evaluated, precision_intervals, seen_by_class, wanted_in
+from warehouse_sim.evaluation.error_table import ErrorTable
+from warehouse_sim.evaluation.intervals import fraction_interval
+
+FOLDER = Path("out/layouts")
+LAYOUTS = (
+    "selective_rack",
+    "very_narrow_aisle",
+    "drive_in",
+    "dock_staging",
+    "block_storage",
+    "mixed_pallets",
+    "conveyor_pickup",
+    "industrial",
+    "domain_random",
+)
+_SEED, _SCENES, _VIEWS = 515_151, 6, 8
+_RESAMPLES = 1000
+_FRONT_END = ("detector-depth", "segmenter-depth")
+_FOUND = "found"
+"""Stands for the boxes and masks of the front end."""
+_SEEN = Evaluated(0.1, 8.0, (0.0, 10.0))
+"""What is to be found: a tenth of it visible, within 10 m."""
+_NEAR, _WELL_SEEN = 7.0, 0.3
+"""Of a network alone: within so many metres, with at least so much visible."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is scored."""
+
+    estimator: str
+    config: PredictConfig
+
+
+METHODS = {
+    "ceiling": Method("oracle-icp", PredictConfig(detections="gt")),
+    "icp-multistart": Method("icp-multistart", PredictConfig(detections="gt")),
+    "densefusion-depth, true masks": Method("densefusion-depth", PredictConfig(detections="gt")),
+    "densefusion-depth alone": Method("densefusion-depth", PredictConfig(detections="gt", refine="none")),
+    "densefusion-depth, from pixels": Method("densefusion-depth", PredictConfig(detections=_FOUND)),
+    "densefusion-middle-2, true masks": Method("densefusion-middle-2", PredictConfig(detections="gt")),
+    "densefusion-middle-2 alone": Method("densefusion-middle-2", PredictConfig(detections="gt", refine="none")),
+}
+
+
+def data(layout: str) -> Data:
+    """Return the dataset of a layout."""
+    test = SplitConfig(0.0, 0.0, 1.0)
+    return Data(layout, _SEED, f"layout_{layout}", _SCENES, _VIEWS, test, targets=TARGETS)
+
+
+def main(
+    folder: Path = FOLDER,
+    runs: Path | None = None,
+    only: tuple[str, ...] = (),
+    methods: tuple[str, ...] = (),
+    label: str = "",
+    workers: int = os.cpu_count() or 1,
+) -> None:
+    """Predict, score, print and store.
+
+    Args:
+        folder: Where data are kept, and what was found.
+        runs: Run folders by method; bundled weights where there is none.
+        only: Layouts; all by default.
+        methods: Of ``METHODS``, and "boxes" and "masks"; all by default.
+        label: What rows are called beside others of the same methods.
+        workers: Processes that generate.
+    """
+    file = RESULTS / "layouts.json"
+    for layout in only or LAYOUTS:
+        root = made(data(layout), folder, workers)
+        for row in _rows(root, layout, methods or ("boxes", "masks", *METHODS), runs, folder / "found" / label):
+            named = row | {"name": f"{layout}: {row['method']}{f' ({label})' if label else ''}", "weights": label}
+            print(rounded(named), flush=True)
+            write_result(file, "python -m benchmarks.front_ends.layouts", beside_stored(file, rounded([named])))
+
+
+def _rows(root: Path, layout: str, methods: tuple[str, ...], runs: Path | None, kept: Path) -> Iterator[dict[str, Any]]:
+    front_end = [_weights(name, runs) for name in _FRONT_END]
+    found = {"boxes": kept / root.name / "boxes.json", "masks": kept / root.name / "masks.json"}
+    for name, stages in (("boxes", front_end[:1]), ("masks", front_end)):
+        if name in methods or any(METHODS[item].config.detections == _FOUND for item in methods if item in METHODS):
+            yield {"layout": layout, "method": name} | _found(found[name], stages, root)
+    for name in methods:
+        if name in METHODS:
+            yield {"layout": layout, "method": name} | _docked(METHODS[name], found["masks"], root, runs)
+
+
+def _weights(name: str, runs: Path | None) -> str:
+    run = runs / name if runs else None
+    return str(run) if run and (run / "weights.safetensors").is_file() else name
+
+
+def _found(file: Path, stages: list[str], root: Path) -> dict[str, Any]:
+    """Write what a front end finds, and return how precise it is (AP at 0.5)."""
+    reader = DatasetReader(root)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    objects, seconds = detect("+".join(stages), root, "test")
+    write_results(file, objects, reader)
+    parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), _SEEN)["pallet"]
+    precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
+    value, low, high = precisions["mask_50" if "mask_50" in precisions else "box_50"]
+    row = {"value": value, "interval": [low, high], "n": wanted_in(parts)}
+    return row | {"median_ms": 1000 * float(np.median(seconds))}
+
+
+def _docked(method: Method, masks: Path, root: Path, runs: Path | None) -> dict[str, Any]:
+    """Return the fraction docked of those pallets that a truck can take, and what else is told of their poses."""
+    config = method.config
+    if config.detections == _FOUND:
+        config = PredictConfig(detections=str(masks), refine=config.refine)
+    poses = predict(_weights(method.estimator, runs), root, "test", config)
+    scores = evaluate(poses, root, "test", method=method.estimator)
+    table = scores.table.select(scores.table.class_name == "pallet")
+    can = table.select(table.dockable)
+    near = table.select((table.distance <= _NEAR) & (table.visible_fraction >= _WELL_SEEN))
+    return {
+        **_fraction(can.docks(), can),
+        "add_10pct": _fraction(table.add < 0.1 * table.diameter, table),
+        "add_10pct_near": _fraction(near.add < 0.1 * near.diameter, near),
+        "seconds_an_image": scores.seconds_per_image,
+    }
+
+
+def _fraction(right: np.ndarray, table: ErrorTable) -> dict[str, Any]:
+    if not len(table):
+        return {"value": None, "n": 0}
+    low, high = fraction_interval(right.astype(float), table.scene_id, _RESAMPLES, np.random.default_rng(0))
+    return {"value": float(right.mean()), "interval": [low, high], "n": len(table)}
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
