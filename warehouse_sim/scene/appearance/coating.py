@@ -127,6 +127,6 @@ def _common(palette: tuple[Finish, ...], rng: np.random.Generator) -> Finish | N
 
 
 def _any_colour(rng: np.random.Generator) -> Finish:
-    hue, saturation, value = rng.random(), np.sqrt(rng.uniform(0.04, 1.0)), rng.uniform(0.25, 1.0)
+    hue, saturation, value = rng.random(), rng.uniform(0.04, 1.0), rng.uniform(0.25, 1.0)
     channels = colorsys.hsv_to_rgb(hue, float(saturation), value)
     return Finish("#" + "".join(f"{round(255 * channel):02X}" for channel in channels))

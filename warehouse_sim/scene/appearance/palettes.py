@@ -111,11 +111,12 @@ PALLET_PAINT = (
     Finish("#6D4B2F", 1.0), Finish("#1E6FB5", 1.0),
 )  # fmt: skip
 BOARDS = (
-    Finish("#B08A5E", 4.0), Finish("#BC9A70", 4.0), Finish("#A37C50", 3.0), Finish("#C7A77E", 2.0),
-    Finish("#93693F", 1.5), Finish("#E9E6DF", 3.0), Finish("#DCD3C0", 1.0), Finish("#1D4E89", 0.9),
-    Finish("#B3232A", 0.8), Finish("#E3A51A", 0.6), Finish("#2F7D4F", 0.9), Finish("#2A2A2C", 0.4),
-    Finish("#6C3F7F", 0.6), Finish("#C9567F", 0.4), Finish("#3FA6A0", 0.6),
+    Finish("#AD8C68", 4.0), Finish("#B99D7C", 4.0), Finish("#A07F5B", 3.0), Finish("#C5AB8A", 2.0),
+    Finish("#8E6B48", 1.5), Finish("#E9E6DF", 3.0), Finish("#DCD3C0", 1.0), Finish("#1D4E89", 0.2),
+    Finish("#B3232A", 0.18), Finish("#E3A51A", 0.12), Finish("#2F7D4F", 0.2), Finish("#2A2A2C", 0.2),
+    Finish("#6C3F7F", 0.1), Finish("#C9567F", 0.08), Finish("#3FA6A0", 0.12),
 )  # fmt: skip
+"""One in twenty is of a full colour: shipping cartons are printed on brown or white board."""
 PRINTS = (
     Finish("#1B3F8B", 2.0), Finish("#B5121B", 2.0), Finish("#0F7A3D", 1.5), Finish("#26272B", 3.0), Finish("#E07A10"),
     Finish("#6A2C91", 0.7), Finish("#0093B2"), Finish("#C6168D", 0.5), Finish("#7A4A1E"),

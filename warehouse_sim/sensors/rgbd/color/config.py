@@ -58,7 +58,7 @@ class ColorConfig:
     """Amplification of blue, 1-8."""
     bayer: bool = True
     """Whether each pixel sees one colour only, and the others are interpolated."""
-    denoise: Annotated[float, Range(0, 10)] = 1.2
+    denoise: Annotated[float, Range(0, 10)] = 0.5
     """Fine detail that is taken for noise and removed, in standard deviations of the noise of a mid grey, 0-10."""
     sharpen: Annotated[float, Range(0, 4)] = 0.7
     """Fraction of the remaining fine detail that is added once more, 0-4."""
