@@ -21,3 +21,9 @@ def test_overlaps_of_boxes_are_those_of_their_pixels() -> None:
     np.testing.assert_allclose(box_ious(boxes, boxes), shared / union)
     np.testing.assert_array_equal(mask_intersections(masks, masks), shared)
     np.testing.assert_allclose(box_coverage(boxes, boxes), shared / masks.sum(axis=(1, 2))[:, None])
+
+
+def test_where_there_is_no_mask_nothing_is_shared() -> None:
+    masks, none = np.ones((2, 3, 4), dtype=bool), np.zeros((0, 3, 4), dtype=bool)
+    assert mask_intersections(masks, none).shape == (2, 0)
+    assert mask_intersections(none, masks).shape == (0, 2)
