@@ -1,4 +1,4 @@
-"""Score chain, network and ceiling in nine layouts, on scenes that nothing was trained on, with the rigs of the recipes.
+"""Score chain, network and ceiling in nine layouts with the rigs of their recipes, on scenes of no training.
 
 python -m benchmarks.front_ends.layouts [--runs out/front_ends/runs] [--only selective_rack] [--methods ceiling]
 
@@ -42,6 +42,8 @@ LAYOUTS = (
 _SEED, _SCENES, _VIEWS = 515_151, 6, 8
 _RESAMPLES = 1000
 _FRONT_END = ("detector-depth", "segmenter-depth")
+_LEAST_SCORE = 0.05
+"""Of what precision is counted over."""
 _FOUND = "found"
 """Stands for the boxes and masks of the front end."""
 _SEEN = Evaluated(0.1, 8.0, (0.0, 10.0))
@@ -104,13 +106,12 @@ def main(
 
 def _rows(root: Path, layout: str, methods: tuple[str, ...], runs: Path | None, kept: Path) -> Iterator[dict[str, Any]]:
     front_end = [_weights(name, runs) for name in _FRONT_END]
-    found = {"boxes": kept / root.name / "boxes.json", "masks": kept / root.name / "masks.json"}
     for name, stages in (("boxes", front_end[:1]), ("masks", front_end)):
-        if name in methods or any(METHODS[item].config.detections == _FOUND for item in methods if item in METHODS):
-            yield {"layout": layout, "method": name} | _found(found[name], stages, root)
+        if name in methods:
+            yield {"layout": layout, "method": name} | _found(kept / root.name / f"{name}.json", stages, root)
     for name in methods:
         if name in METHODS:
-            yield {"layout": layout, "method": name} | _docked(METHODS[name], found["masks"], root, runs)
+            yield {"layout": layout, "method": name} | _docked(METHODS[name], "+".join(front_end), root, runs)
 
 
 def _weights(name: str, runs: Path | None) -> str:
@@ -122,7 +123,7 @@ def _found(file: Path, stages: list[str], root: Path) -> dict[str, Any]:
     """Write what a front end finds, and return how precise it is (AP at 0.5)."""
     reader = DatasetReader(root)
     file.parent.mkdir(parents=True, exist_ok=True)
-    objects, seconds = detect("+".join(stages), root, "test")
+    objects, seconds = detect("+".join(stages), root, "test", min_score=_LEAST_SCORE)
     write_results(file, objects, reader)
     parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), _SEEN)["pallet"]
     precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
@@ -131,11 +132,11 @@ def _found(file: Path, stages: list[str], root: Path) -> dict[str, Any]:
     return row | {"median_ms": 1000 * float(np.median(seconds))}
 
 
-def _docked(method: Method, masks: Path, root: Path, runs: Path | None) -> dict[str, Any]:
+def _docked(method: Method, front_end: str, root: Path, runs: Path | None) -> dict[str, Any]:
     """Return the fraction docked of those pallets that a truck can take, and what else is told of their poses."""
     config = method.config
     if config.detections == _FOUND:
-        config = PredictConfig(detections=str(masks), refine=config.refine)
+        config = PredictConfig(detections=front_end, refine=config.refine)
     poses = predict(_weights(method.estimator, runs), root, "test", config)
     scores = evaluate(poses, root, "test", method=method.estimator)
     table = scores.table.select(scores.table.class_name == "pallet")

@@ -43,9 +43,17 @@ class FrontEnd(ABC):
     def __call__(self, image: "RgbdImage", /) -> "Sequence[Detection]":
         """Return the detections that the next stage works on."""
 
+    def leave_out_below(self, min_score: float) -> None:  # noqa: B027  what gives no scores has nothing to leave out
+        """Leave out from now on what is found with a score below ``min_score`` (0-1)."""
+
     @property
     def reads_rgb(self) -> bool:
         """Whether images need colour."""
+        return True
+
+    @property
+    def reads_depth(self) -> bool:
+        """Whether images need depth, or sweeps."""
         return True
 
     @property

@@ -61,6 +61,7 @@ class OwnFrontEnd(FrontEnd):
     """
 
     reads_rgb: bool = True
+    reads_depth: bool = False
     reads_sweep: bool = False
     depth_source: DepthSource = "camera"
     needs_detections: bool = False
@@ -69,7 +70,7 @@ class OwnFrontEnd(FrontEnd):
         self._find: Callable[[RgbdImage], Sequence[Detection]] = (
             inner.segment if hasattr(inner, "segment") else inner.detect
         )
-        for name in ("reads_rgb", "reads_sweep", "depth_source", "needs_detections"):
+        for name in ("reads_rgb", "reads_depth", "reads_sweep", "depth_source", "needs_detections"):
             setattr(self, name, getattr(inner, name, getattr(type(self), name)))
 
     def __call__(self, image: RgbdImage, /) -> Sequence[Detection]:
@@ -223,13 +224,16 @@ class Finder:
         return replace(image, gravity=down_from_floor(image.camera, image.depth, rng))
 
 
-def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool = False) -> list[FrontEnd]:
+def open_stages(
+    names: str, reader: DatasetReader | None = None, after_gt: bool = False, min_score: float | None = None
+) -> list[FrontEnd]:
     """Return what finds objects, one stage after the other.
 
     Args:
         names: Detectors, segmenters, their run folders or files of detections, joined by +.
         reader: The dataset that files are about.
         after_gt: Whether they work on what a dataset says.
+        min_score: Detections of lower scores are left out by trained detectors, 0-1; by default as they are made.
 
     Raises:
         UnknownNameError: A name is none of these.
@@ -240,6 +244,9 @@ def open_stages(names: str, reader: DatasetReader | None = None, after_gt: bool 
         StoredDetections(Path(name), reader) if reader and is_detections(name) else open_front_end(name)
         for name in names.split("+")
     ]
+    for stage in stages:
+        if min_score is not None:
+            stage.leave_out_below(min_score)
     first = names.split("+")[0]
     if not after_gt and stages[0].needs_detections:
         raise InputError(f"{first} segments objects in boxes; name a detector before it, as detector-depth+{first}")

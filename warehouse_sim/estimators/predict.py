@@ -11,6 +11,7 @@ from warehouse_sim.dataset.results.detections import FoundObject
 from warehouse_sim.errors import DatasetError, InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.detections import (
+    AUTO,
     GT,
     Finder,
     found_object,
@@ -89,6 +90,9 @@ def predict(
         _require_names(config.objects, [info.name for info in reader.objects.values()])
     estimator.onboard(reader.objects)
     if isinstance(estimator, OracleIcp):
+        # Whatever else finds objects numbers them in its own way.
+        if config.detections not in (AUTO, GT):
+            raise InputError("oracle-icp starts at the poses of the labels: leave --detections out, or say gt")
         estimator.show(images)
     # Numbers of objects in a third-party folder are that folder's own, and of no matter to what finds objects itself.
     if reader.manifest is not None or finder.takes_gt(estimator):
@@ -169,7 +173,7 @@ def _estimate(
 
 
 def detect(
-    names: str, data: Path, split: str, progress: Progress | None = None
+    names: str, data: Path, split: str, progress: Progress | None = None, min_score: float | None = None
 ) -> tuple[list[FoundObject], list[float]]:
     """Return what is found in the images of ``split``, in their order, and the seconds each image took.
 
@@ -179,6 +183,7 @@ def detect(
         data: Dataset folder.
         split: "train", "val" or "test".
         progress: Called with the fraction that is done.
+        min_score: As ``open_stages`` takes it.
 
     Raises:
         UnknownNameError: A name is none of these.
@@ -186,7 +191,7 @@ def detect(
         InputError: The dataset lacks what a detector reads.
     """
     reader = DatasetReader(data)
-    stages, images = open_stages(names, reader), reader.images(split)
+    stages, images = open_stages(names, reader, min_score=min_score), reader.images(split)
     if not images:
         raise DatasetError(f"{data}: the split {split!r} has no images; choose another with --split")
     found, seconds = list[FoundObject](), list[float]()

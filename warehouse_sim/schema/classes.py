@@ -27,6 +27,7 @@ _LISTED: tuple[tuple[ObjectKind, tuple[str, ...]], ...] = (
     ),
     ("load", ("goods",)),
     ("building", ("service", "window", "outdoors")),
+    ("pallet", ("pallet_face",)),
 )
 _KINDS: dict[str, ObjectKind] = {name: kind for kind, names in _LISTED for name in names}
 CLASS_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(_KINDS, start=1)}

@@ -1,6 +1,6 @@
 """A trained detector: images in, boxes with classes and scores out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -55,6 +55,10 @@ class TrainedDetector(Detector):
         self._network: BoxNetwork = self.run_config.load_network(run)
         self._device, self._threads = place(self._network, config.device, config.threads)
 
+    def leave_out_below(self, min_score: float) -> None:
+        """Leave out from now on what is found with a score below ``min_score`` (0-1)."""
+        self.config = replace(self.config, min_score=min_score)
+
     @property
     def classes(self) -> tuple[str, ...]:
         """The classes that it distinguishes."""
@@ -69,6 +73,11 @@ class TrainedDetector(Detector):
     def reads_rgb(self) -> bool:
         """Whether images need colour."""
         return "rgb" in self.run_config.images.reads
+
+    @property
+    def reads_depth(self) -> bool:
+        """Whether images need depth."""
+        return "depth" in self.run_config.images.reads
 
     @torch.inference_mode()
     def detect(self, image: RgbdImage) -> list[Detection]:

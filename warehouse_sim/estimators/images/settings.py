@@ -41,7 +41,7 @@ class ImageAugmentConfig:
     colour: Fraction = 0.4
     """Largest relative change of brightness, contrast and each channel, 0-1."""
     camera: Fraction = 0.0
-    """Fraction of colour images that look as if another camera had taken them: paler or richer, softer, noisier, 0-1."""
+    """Fraction of colour images that look as another camera's: paler or richer, softer or sharper, noisier, 0-1."""
     depth_noise: Annotated[float, Range(0, 1)] = 0.002
     """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
     depth_holes: Annotated[int, Range(0, 1000)] = 4

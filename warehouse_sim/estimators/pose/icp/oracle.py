@@ -60,7 +60,7 @@ class OracleIcp(PoseEstimator):
         for position, item in enumerate(image.detections):
             number = item.number_at(position)
             if number not in labels:
-                raise InputError("oracle-icp starts at the poses of the labels: leave --detections out, or say gt")
+                raise InputError(f"oracle-icp starts at the poses of the labels, and none is numbered {number}")
             target = labels[number]
             rng = np.random.default_rng([self._seed, image.scene_id, image.image_id, number])
             points = masked_points(image, item.pixels(*image.depth.shape), rng)

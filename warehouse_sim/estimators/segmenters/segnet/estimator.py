@@ -64,6 +64,11 @@ class TrainedSegmenter(Segmenter):
         """Whether images need colour."""
         return "rgb" in self.run_config.network.reads
 
+    @property
+    def reads_depth(self) -> bool:
+        """Whether images need depth."""
+        return "depth" in self.run_config.network.reads
+
     def segment(self, image: RgbdImage) -> list[Detection]:
         """Return the image's detections with masks; nothing of an image without any.
 
