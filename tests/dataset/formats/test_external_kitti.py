@@ -216,6 +216,8 @@ def test_results_unknown_classes_and_floors_are_taken(root: Path) -> None:
     assert image.targets[0].obj_id == 9
     assert image.T_world_camera[2, 3] == pytest.approx(1.65 + BESIDE[1])
     assert image.T_world_camera[:3, 2].tolist() == pytest.approx([1, 0, 0])
+    # What is to the right of the camera is to the right of the way that it looks, seen from above.
+    assert image.T_world_camera[:3, 0].tolist() == pytest.approx([0, -1, 0])
     assert {info.name: number for number, info in reader.objects.items()} == {"Car": 1, "Pedestrian": 4, "Kiosk": 9}
 
 
