@@ -21,6 +21,7 @@ from warehouse_sim.estimators.pipeline import passed
 from warehouse_sim.estimators.registries import DETECTORS, FRONT_ENDS, SEGMENTERS
 from warehouse_sim.estimators.settings import DepthSource
 from warehouse_sim.learning.run_folder import read_kind
+from warehouse_sim.resources import model_dir, model_names
 
 
 def open_front_end(name_or_run: str | Path) -> FrontEnd:
@@ -39,13 +40,18 @@ def open_front_end(name_or_run: str | Path) -> FrontEnd:
         return adapted_front_end(DETECTORS.get(name)())
     if name in SEGMENTERS.names():
         return adapted_front_end(SEGMENTERS.get(name)())
-    if not os.path.isdir(name_or_run):
-        known = [*DETECTORS.names(), *SEGMENTERS.names()]
-        raise UnknownNameError("detector or segmenter (or the run folder of one)", name, known)
-    kind = read_kind(Path(name_or_run))
-    if kind not in FRONT_ENDS.names():
-        raise InputError(f"{name} holds a run of the kind {kind}, which finds no objects")
-    return adapted_front_end(FRONT_ENDS.get(kind)(Path(name_or_run)))
+    bundled = model_names()
+    if not os.path.isdir(name_or_run) and name not in bundled:
+        known = {*DETECTORS.names(), *SEGMENTERS.names(), *(item for item in bundled if _finds(model_dir(item)))}
+        raise UnknownNameError("detector or segmenter (or the run folder of one)", name, sorted(known))
+    folder = model_dir(name_or_run)
+    if not _finds(folder):
+        raise InputError(f"{name} holds a run of the kind {read_kind(folder)}, which finds no objects")
+    return adapted_front_end(FRONT_ENDS.get(read_kind(folder))(folder))
+
+
+def _finds(folder: Path) -> bool:
+    return read_kind(folder) in FRONT_ENDS.names()
 
 
 def adapted_front_end(found: Any) -> FrontEnd:

@@ -24,7 +24,7 @@ _FUSIONS = (
 _POSES = (*_FUSIONS, "object-coordinates")
 _CONSTANTS: tuple[tuple[Registry, str, tuple[str, ...]], ...] = (
     (ESTIMATORS, "pose.densefusion.methods", _POSES),
-    (ESTIMATORS, "load", ("detect-densefusion", "detect-depth", "detect-keypoints")),
+    (ESTIMATORS, "load", ("recommended", "detect-densefusion", "detect-depth", "detect-keypoints")),
     (
         ESTIMATORS,
         "load",
