@@ -10,12 +10,15 @@ import yaml
 from benchmarks.result import percent_cell
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.lidar.sweep.network import SweepRun
+from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.train import trainable
-from warehouse_sim.learning.run_folder import read_kind
+from warehouse_sim.learning.run_folder import DatasetSource, read_kind
 
 _METRICS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
 
+_MOST_NAMED = 12
+"""Datasets that a card names one by one."""
 _EVALUATED = (
     "Unseen scenes (`benchmarks/front_ends/data.py`), average precision in % with 95 % intervals over scenes; misses "
     "count, and hardly visible objects are ignored. PQ: panoptic quality of masks with a score of 0.5 or more."
@@ -33,7 +36,7 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
     lines = [
         f"# {model.name}",
         "",
-        *_description(model),
+        *description(model),
         "",
         "## Scores",
         "",
@@ -59,23 +62,25 @@ def write(model: Path, rows: Sequence[dict[str, Any]]) -> Path:
     return path
 
 
-def _description(model: Path) -> list[str]:
-    config: DetectorRun | SegmenterRun | SweepRun
+def description(model: Path) -> list[str]:
+    """Return the lines that say what a model is and how it was made."""
+    config: DetectorRun | SegmenterRun | SweepRun | PoseRun
     result = json.loads((model / "result.json").read_text(encoding="utf-8"))
-    method = trainable(model.name)
     if (kind := read_kind(model)) == "segmenter":
         config = SegmenterRun.read(model)
         size, seen = f"{config.network.width} filters and more", "boxes"
         finds = "masks" + (" and key points of pallet faces" if config.network.keypoints else "")
+    elif kind == "densefusion":
+        config = PoseRun.read(model)
+        size, seen = config.train.size, "crops"
+        finds = f"poses of {len(config.objects)} objects"
     else:
         config = (SweepRun if kind == "sweep-detector" else DetectorRun).read(model)
         size, seen, finds = config.train.size, "images", ", ".join(config.classes)
-    data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {
         "finds": finds,
         "size": f"{size}; {result['parameters']:,} parameters",
-        "trained on": f"train splits of {data}; seeds in `benchmarks/front_ends/data.py` and "
-        "`benchmarks/estimators/data.py`, digests of the manifests",
+        "trained on": _sources(config.datasets),
         "samples": f"{result['samples']:,} samples in {result['steps']:,} steps of {config.train.batch} "
         f"({result[f'train_{seen}']:,} distinct {seen})",
         "training time": "{minutes:.0f} min of wall time on {device}, {precision}".format(
@@ -86,8 +91,22 @@ def _description(model: Path) -> list[str]:
         "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
     }
+    method = trainable(config.estimator)
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
     return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
+
+
+def _sources(datasets: Sequence[DatasetSource]) -> str:
+    if len(datasets) > _MOST_NAMED:
+        return (
+            f"{len(datasets)} datasets of `benchmarks/front_ends/warehouses.py`, whose numbers are their seeds; "
+            "digests of the manifests in config.yaml"
+        )
+    data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in datasets)
+    return (
+        f"train splits of {data}; seeds in `benchmarks/front_ends/data.py` and `benchmarks/estimators/data.py`, "
+        "digests of the manifests"
+    )
 
 
 def _row(row: dict[str, Any]) -> str:

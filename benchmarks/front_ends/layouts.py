@@ -1,15 +1,15 @@
 """Score chain, network and ceiling in nine layouts with the rigs of their recipes, on scenes of no training.
 
-python -m benchmarks.front_ends.layouts [--runs out/front_ends/runs] [--only selective_rack] [--methods ceiling]
+python -m benchmarks.front_ends.layouts [--weights warehouses] [--only selective_rack] [--methods ceiling]
 
-Run folders of ``--runs`` replace bundled weights of their names. Rows go to benchmarks/results/layouts.json.
+Weights are bundled ones: those for any layout, whose names end in -warehouses, or those of one hall, whose names have
+no ending. Rows go to benchmarks/results/layouts.json.
 """
 
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import tyro
@@ -39,9 +39,13 @@ LAYOUTS = (
     "industrial",
     "domain_random",
 )
+Weights = Literal["warehouses", "industrial"]
+ENDINGS: dict[Weights, str] = {"warehouses": "-warehouses", "industrial": ""}
+"""Of the names of bundled weights: for any layout, and of the hall of the recipe ``industrial``."""
 _SEED, _SCENES, _VIEWS = 515_151, 6, 8
 _RESAMPLES = 1000
 _FRONT_END = ("detector-depth", "segmenter-depth")
+_FRONT_ENDS = {"boxes": _FRONT_END[:1], "masks": _FRONT_END, "boxes, RGB": ("detector-rgb",)}
 _LEAST_SCORE = 0.05
 """Of what precision is counted over."""
 _FOUND = "found"
@@ -66,9 +70,8 @@ METHODS = {
     "densefusion-depth, true masks": Method("densefusion-depth", PredictConfig(detections="gt")),
     "densefusion-depth alone": Method("densefusion-depth", PredictConfig(detections="gt", refine="none")),
     "densefusion-depth, from pixels": Method("densefusion-depth", PredictConfig(detections=_FOUND)),
-    "densefusion-middle-2, true masks": Method("densefusion-middle-2", PredictConfig(detections="gt")),
-    "densefusion-middle-2 alone": Method("densefusion-middle-2", PredictConfig(detections="gt", refine="none")),
 }
+UNTRAINED = ("ceiling", "icp-multistart")
 
 
 def data(layout: str) -> Data:
@@ -79,52 +82,41 @@ def data(layout: str) -> Data:
 
 def main(
     folder: Path = FOLDER,
-    runs: Path | None = None,
     only: tuple[str, ...] = (),
     methods: tuple[str, ...] = (),
-    label: str = "",
+    weights: Weights = "warehouses",
     workers: int = os.cpu_count() or 1,
 ) -> None:
     """Predict, score, print and store.
 
     Args:
         folder: Where data are kept, and what was found.
-        runs: Run folders by method; bundled weights where there is none.
         only: Layouts; all by default.
-        methods: Of ``METHODS``, and "boxes" and "masks"; all by default.
-        label: What rows are called beside others of the same methods.
+        methods: Of ``METHODS`` and ``_FRONT_ENDS``; all by default.
+        weights: Which ones.
         workers: Processes that generate.
     """
     file = RESULTS / "layouts.json"
     for layout in only or LAYOUTS:
         root = made(data(layout), folder, workers)
-        for row in _rows(root, layout, methods or ("boxes", "masks", *METHODS), runs, folder / "found" / label):
-            named = row | {"name": f"{layout}: {row['method']}{f' ({label})' if label else ''}", "weights": label}
-            print(rounded(named), flush=True)
-            write_result(file, "python -m benchmarks.front_ends.layouts", beside_stored(file, rounded([named])))
+        for method in methods or (*_FRONT_ENDS, *METHODS):
+            ending = ENDINGS[weights] if method not in UNTRAINED else ""
+            kept = folder / "found" / f"{layout}-{weights}.json"
+            measured = _found(method, ending, root, kept) if method in _FRONT_ENDS else _docked(method, ending, root)
+            whose = "" if method in UNTRAINED else weights
+            name = f"{layout}: {method}" + (f" ({whose})" if whose else "")
+            row = rounded({"name": name, "layout": layout, "method": method, "weights": whose, **measured})
+            print(row, flush=True)
+            write_result(file, "python -m benchmarks.front_ends.layouts", beside_stored(file, [row]))
 
 
-def _rows(root: Path, layout: str, methods: tuple[str, ...], runs: Path | None, kept: Path) -> Iterator[dict[str, Any]]:
-    front_end = [_weights(name, runs) for name in _FRONT_END]
-    for name, stages in (("boxes", front_end[:1]), ("masks", front_end)):
-        if name in methods:
-            yield {"layout": layout, "method": name} | _found(kept / root.name / f"{name}.json", stages, root)
-    for name in methods:
-        if name in METHODS:
-            yield {"layout": layout, "method": name} | _docked(METHODS[name], "+".join(front_end), root, runs)
-
-
-def _weights(name: str, runs: Path | None) -> str:
-    run = runs / name if runs else None
-    return str(run) if run and (run / "weights.safetensors").is_file() else name
-
-
-def _found(file: Path, stages: list[str], root: Path) -> dict[str, Any]:
+def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
     """Write what a front end finds, and return how precise it is (AP at 0.5)."""
     reader = DatasetReader(root)
     file.parent.mkdir(parents=True, exist_ok=True)
-    objects, seconds = detect("+".join(stages), root, "test", min_score=_LEAST_SCORE)
-    write_results(file, objects, reader)
+    stages = "+".join(f"{name}{ending}" for name in _FRONT_ENDS[method])
+    objects, seconds = detect(stages, root, "test", min_score=_LEAST_SCORE)
+    write_results(file, [item for item in objects if item.class_name == "pallet"], reader)
     parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), _SEEN)["pallet"]
     precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
     value, low, high = precisions["mask_50" if "mask_50" in precisions else "box_50"]
@@ -132,13 +124,13 @@ def _found(file: Path, stages: list[str], root: Path) -> dict[str, Any]:
     return row | {"median_ms": 1000 * float(np.median(seconds))}
 
 
-def _docked(method: Method, front_end: str, root: Path, runs: Path | None) -> dict[str, Any]:
+def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
     """Return the fraction docked of those pallets that a truck can take, and what else is told of their poses."""
-    config = method.config
+    estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
-        config = PredictConfig(detections=front_end, refine=config.refine)
-    poses = predict(_weights(method.estimator, runs), root, "test", config)
-    scores = evaluate(poses, root, "test", method=method.estimator)
+        config = replace(config, detections="+".join(f"{name}{ending}" for name in _FRONT_END))
+    poses = predict(f"{estimator}{ending}", root, "test", config)
+    scores = evaluate(poses, root, "test", method=estimator)
     table = scores.table.select(scores.table.class_name == "pallet")
     can = table.select(table.dockable)
     near = table.select((table.distance <= _NEAR) & (table.visible_fraction >= _WELL_SEEN))
