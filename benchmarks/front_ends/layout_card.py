@@ -21,8 +21,8 @@ _SHOWN = {
     "detector-rgb": {"boxes AP50": "boxes, RGB"},
     "densefusion-depth": {
         "docked, from pixels": "densefusion-depth, from pixels",
-        "docked, true masks, verified": "densefusion-depth, true masks",
-        "docked, true masks, alone": "densefusion-depth alone",
+        "docked, ground-truth masks, verified": "densefusion-depth, ground-truth masks",
+        "docked, ground-truth masks, alone": "densefusion-depth alone",
         "ceiling of the sensor": "ceiling",
     },
 }

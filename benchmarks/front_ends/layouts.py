@@ -67,7 +67,7 @@ class Method:
 METHODS = {
     "ceiling": Method("oracle-icp", PredictConfig(detections="gt")),
     "icp-multistart": Method("icp-multistart", PredictConfig(detections="gt")),
-    "densefusion-depth, true masks": Method("densefusion-depth", PredictConfig(detections="gt")),
+    "densefusion-depth, ground-truth masks": Method("densefusion-depth", PredictConfig(detections="gt")),
     "densefusion-depth alone": Method("densefusion-depth", PredictConfig(detections="gt", refine="none")),
     "densefusion-depth, from pixels": Method("densefusion-depth", PredictConfig(detections=_FOUND)),
 }
@@ -125,7 +125,7 @@ def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
 
 
 def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
-    """Return the fraction docked of those pallets that a truck can take, and what else is told of their poses."""
+    """Return the fraction docked of those pallets that a truck can take, and how near the poses are."""
     estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
         config = replace(config, detections="+".join(f"{name}{ending}" for name in _FRONT_END))

@@ -65,7 +65,7 @@ def box_coverage(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Fl
 
 def mask_intersections(a: Bool[np.ndarray, "n h w"], b: Bool[np.ndarray, "m h w"]) -> Float[np.ndarray, "n m"]:
     """Return the pixels that masks have in common."""
-    # How many pixels there are cannot be told from no mask at all.
+    # No mask at all does not say how many pixels it would have.
     pixels = int(np.prod(a.shape[1:]))
     flat = a.reshape(len(a), pixels).astype(np.float32) @ b.reshape(len(b), pixels).astype(np.float32).T
     return flat.astype(float)

@@ -31,8 +31,8 @@ def test_it_stays_near_the_labels_and_follows_depth_that_is_off(toy: Path) -> No
     moved = []
     for looked_at in (seen, off):
         for found in estimator.estimate(looked_at):
-            truth = next(item for item in image.targets if item.gt_index == found.detection)
-            moved.append(found.T_camera_object[2, 3] - truth.T_camera_object[2, 3])
+            label = next(item for item in image.targets if item.gt_index == found.detection)
+            moved.append(found.T_camera_object[2, 3] - label.T_camera_object[2, 3])
     half = len(moved) // 2
     assert half > 0
     assert np.abs(np.median(moved[:half])) < 0.015

@@ -1,4 +1,4 @@
-"""The ceiling that a depth sensor sets: ICP that starts at the true pose, on the pixels of the true mask."""
+"""The ceiling that a depth sensor sets: ICP that starts at the labelled pose, on the pixels of its mask."""
 
 from collections.abc import Iterable, Mapping
 
