@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from warehouse_sim.api.recipe import Recipe, recipe
     from warehouse_sim.api.scene import Scene
     from warehouse_sim.api.scoring import evaluate, predict, report
+    from warehouse_sim.api.stream import stream
     from warehouse_sim.api.training import load_estimator, train
     from warehouse_sim.errors import WarehouseSimError
     from warehouse_sim.estimators.image import Detection, RgbdImage
@@ -43,6 +44,7 @@ __all__ = [
     "predict",
     "recipe",
     "report",
+    "stream",
     "train",
     "validate",
 ]
@@ -66,11 +68,12 @@ _PUBLIC = {
     "predict": "warehouse_sim.api.scoring",
     "recipe": "warehouse_sim.api.recipe",
     "report": "warehouse_sim.api.scoring",
+    "stream": "warehouse_sim.api.stream",
     "train": "warehouse_sim.api.training",
     "validate": "warehouse_sim.api.folders",
 }
 """Where each public name is imported from when it is first used."""
-_EXTRA = dict.fromkeys(("Camera", "Recipe", "Rig", "Scene", "Writer", "generate", "recipe"), "generate")
+_EXTRA = dict.fromkeys(("Camera", "Recipe", "Rig", "Scene", "Writer", "generate", "recipe", "stream"), "generate")
 """Names whose module cannot be imported without an extra of this package."""
 _GUESSES = dict.fromkeys(("load", "load_dataset", "open", "read"), "Dataset") | {"load_recipe": "recipe"}
 """What people write who do not know the names."""

@@ -87,7 +87,7 @@ def generate(
         skip_failed=skip_failed,
     )
     named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    write_dataset(with_outputs(_resolved(recipe), named), Path(out), config, progress)
+    write_dataset(with_outputs(resolved(recipe), named), Path(out), config, progress)
     return Dataset(out)
 
 
@@ -129,7 +129,8 @@ def _complete(recipe: ResolvedRecipe, config: GenerateConfig) -> GenerateConfig:
     return config if config.formats else replace(config, formats=default_formats(recipe))
 
 
-def _resolved(recipe: str | Path | Recipe | ResolvedRecipe) -> ResolvedRecipe:
+def resolved(recipe: str | Path | Recipe | ResolvedRecipe) -> ResolvedRecipe:
+    """Return the recipe that a name, a path or a ``ws.recipe`` stands for."""
     if isinstance(recipe, Recipe):
         return recipe.resolved
     return recipe if isinstance(recipe, ResolvedRecipe) else load_recipe(str(recipe))

@@ -129,7 +129,7 @@ def fit(
 
 
 def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":
-    """Make the observations of a stream from a number on.
+    """Make the observations of a stream from a number on, with what networks of images read of them.
 
     Raises:
         MissingPackageError: What makes scenes is not installed.
@@ -139,7 +139,8 @@ def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":
     from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.generation.stream import stream
 
-    return stream(load_recipe(config.recipe), config.seed, config.workers, start)
+    recipe = load_recipe(config.recipe, {"sensors": {"outputs": ["rgb", "depth", "masks", "poses"]}})
+    return stream(recipe, config.seed, config.workers, start, apart=True)
 
 
 def _folders(data: Dataset | str | Path | Sequence[Dataset | str | Path]) -> list[Path]:

@@ -63,18 +63,21 @@ def make_scenes(
         yield from _make_here(open_work, scene_indices, limit_s, failures)
 
 
-def make_in_order(open_work: OpenWork, seed: int, scene_indices: Iterable[int], workers: int) -> Made:
+def make_in_order(
+    open_work: OpenWork, seed: int, scene_indices: Iterable[int], workers: int, apart: bool = False
+) -> Made:
     """Yield as ``make_scenes``, but in the order of ``scene_indices``, which may have no end.
 
     Scenes are made as they are taken: at most two a worker are begun and not taken yet. What is not taken to the end
-    must be closed, as a generator is; its workers end then.
+    must be closed, as a generator is; its workers end then. With ``apart`` a single worker is a process of its own,
+    too, which works on while this one does something else.
 
     Raises:
         WorkerError: As ``make_scenes``; scenes after the one that was lost are not yielded.
         Exception: What the work raised.
     """
     failures = Failures(seed)
-    if workers == 1:
+    if workers == 1 and not apart:
         yield from _make_here(open_work, scene_indices, None, failures)
         return
     with _Pool(open_work, failures, scene_indices, None, _AHEAD * workers) as pool:

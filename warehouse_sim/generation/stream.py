@@ -35,6 +35,7 @@ def stream(
     scenes: int | None = None,
     backend: str = "raster",
     backend_options: Mapping[str, Any] | None = None,
+    apart: bool = False,
 ) -> Iterator[Observation]:
     """Yield the observations of a dataset in order, scene after scene, each array as files would hold it.
 
@@ -44,11 +45,12 @@ def stream(
     Args:
         recipe: Where scenes are sampled from.
         seed: Seed of the dataset, >= 0.
-        workers: Processes, >= 1; 1 works in this one.
+        workers: Processes, >= 1; 1 works in this one, unless ``apart``.
         start: Observations to leave out at the beginning, >= 0; those of the same scene are made all the same.
         scenes: Number of scenes; None = no end.
         backend: Render backend.
         backend_options: Options of the backend that are not its defaults.
+        apart: Whether a single worker is a process of its own, which works on while this one trains.
 
     Raises:
         UnknownNameError: The backend is not registered.
@@ -64,7 +66,7 @@ def stream(
     job = _Job(recipe, seed, backend, backend_options or {})
     first, skipped = divmod(start, per_scene)
     indices = count(first) if scenes is None else range(first, scenes)
-    return _observations(make_in_order(partial(_open_job, job), seed, indices, workers), skipped)
+    return _observations(make_in_order(partial(_open_job, job), seed, indices, workers, apart), skipped)
 
 
 def _observations(made: Iterator[tuple[int, list[Observation]]], skipped: int) -> Iterator[Observation]:

@@ -76,4 +76,13 @@ class StreamConfig:
     fresh: Annotated[float, Range(0, 1000)] = 0.25
     """New observations that each step brings in, of which as many leave, 0-1,000; fractions add up."""
     workers: Annotated[int, Range(1, 1024)] = 1
-    """Processes that make observations, 1-1,024; 1 makes them in that of the training, which then waits."""
+    """Processes that make observations while the network trains, 1-1,024."""
+
+    def require_one_process(self, devices: int) -> None:
+        """Check that one process trains where a recipe is named.
+
+        Raises:
+            ValueError: Several do.
+        """
+        if self.recipe and devices > 1:
+            raise ValueError(f"a stream feeds one process, not {devices}: leave out stream.recipe or devices")

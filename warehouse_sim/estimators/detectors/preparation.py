@@ -12,12 +12,14 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
 from warehouse_sim.estimators.images.faces import FACE
-from warehouse_sim.estimators.images.rows import load_images
+from warehouse_sim.estimators.images.rows import SMALL_ARRAYS, load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
+from warehouse_sim.estimators.images.streamed import StreamedImages
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.joined import joined_alike
-from warehouse_sim.learning.samples.split import reports_reading
+from warehouse_sim.learning.samples.split import reports_reading, require_other_scenes
 from warehouse_sim.learning.settings import Progress
+from warehouse_sim.learning.trainable import OpenStream
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,8 @@ class Prepared:
     """Their names."""
     reading: Any
     """What was read of the images."""
+    streamed: StreamedImages | None = None
+    """What is trained on in place of train, of which that then holds what comes first."""
 
 
 def prepare(
@@ -40,8 +44,9 @@ def prepare(
     config: AnyDetectorConfig,
     cache: Path | None,
     progress: Progress | None,
+    open_stream: OpenStream | None = None,
 ) -> Prepared:
-    """Read the images of train and val, and find the classes.
+    """Read the images of train and val, and find the classes; a stream that is named takes the place of train.
 
     Args:
         readers: The datasets.
@@ -49,14 +54,16 @@ def prepare(
         config: Settings.
         cache: Folder to keep images in; None keeps them in memory.
         progress: Called with what is read.
+        open_stream: Opens the stream that ``config`` names.
 
     Raises:
         DatasetError: A folder is no dataset that can be read, or lacks what is read.
-        TrainingError: A split is empty, or a class is not there.
+        TrainingError: A split is empty, a class is not there, or the stream would show scenes of the data.
     """
     images = ImageConfig(reads, config.input_wh, config.depth_source, FACE in config.classes)
     found: dict[str, list[Arrays]] = {}
-    for split in ("train", "val"):
+    streamed = _streamed(readers, images, config, open_stream) if config.stream.recipe else None
+    for split in ("train", "val") if streamed is None else ("val",):
         parts = [
             arrays
             for reader in readers
@@ -65,10 +72,27 @@ def prepare(
             )
         ]
         # Samples of a step are of one canvas, and shall be of any dataset.
-        found[split] = joined_alike(parts, ("labels", "size_wh", "number"))
-    classes, class_of = known_classes(readers, found["train"], config)
+        found[split] = joined_alike(parts, SMALL_ARRAYS)
+    seen = found["val"] if streamed else []
+    found["train"] = streamed.first() if streamed else found["train"]
+    classes, class_of = known_classes(readers, [*found["train"], *seen], config)
     require_wanted(found, readers, classes, class_of, config, "--wanted.visible and --wanted.height-px")
-    return Prepared(found, class_of, classes, images)
+    return Prepared(found, class_of, classes, images, streamed)
+
+
+def _streamed(
+    readers: Sequence[DatasetReader], images: ImageConfig, config: AnyDetectorConfig, open_stream: OpenStream | None
+) -> StreamedImages:
+    """Open the stream that the settings name.
+
+    Raises:
+        TrainingError: It would show scenes of the data, or nothing opens it.
+    """
+    require_other_scenes(readers, config.stream)
+    if open_stream is None:
+        raise TrainingError(f"nothing here opens the stream of {config.stream.recipe}: give train() one")
+    objects = {number: info for reader in readers for number, info in reader.objects.items()}
+    return StreamedImages(open_stream, config.stream, images, objects, config.batch, config.seed)
 
 
 def require_wanted(

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import torch
@@ -29,6 +29,23 @@ _LEAST_SCORE = 0.01
 Inputs = tuple[Tensor | None, Tensor | None]
 
 
+class Groups(Protocol):
+    """Arrays of images of one canvas each, by number."""
+
+    def __getitem__(self, group: int, /) -> Arrays:
+        """Return those of a group."""
+
+
+class ImageOrder(Protocol):
+    """Which images each step takes; all are of one group."""
+
+    def indices(self, step: int) -> Int[Tensor, " b"]:
+        """Return the numbers of one step's images."""
+
+    def group_of(self, index: Int[Tensor, " b"]) -> tuple[int, Int[Tensor, " b"]]:
+        """Return the group of a step's images, and their rows in it."""
+
+
 class _Place(NamedTuple):
     """What decides a sample."""
 
@@ -47,7 +64,8 @@ class BoxTask(ComposedTask[_Place, Sample]):
     Args:
         network: What is trained.
         config: Settings.
-        images: Arrays of images by split, those of one canvas together.
+        train: Arrays of images to learn from, by group of one canvas.
+        val: Those to validate on.
         class_of: Class of each object number.
         order: Order of the training samples, which says which group they are of.
     """
@@ -60,12 +78,14 @@ class BoxTask(ComposedTask[_Place, Sample]):
         self,
         network: BoxNetwork,
         config: BoxTrainingConfig,
-        images: dict[str, list[Arrays]],
+        train: Groups,
+        val: Sequence[Arrays],
         class_of: dict[int, int],
-        order: GroupedOrder,
+        order: ImageOrder,
     ) -> None:
         super().__init__(network, config.workers)
-        self.config, self._images, self._class_of, self._order = config, images, class_of, order
+        self.config, self._train, self._val = config, train, val
+        self._class_of, self._order = class_of, order
 
     def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the images ``index``, composed afresh."""
@@ -96,12 +116,12 @@ class BoxTask(ComposedTask[_Place, Sample]):
     def compose(self, at: _Place) -> Sample:
         """Return the training sample of a place in a step."""
         rng = np.random.default_rng([self.config.seed, at.step, at.place])
-        return self.composed(self._images["train"][at.group], at.row, rng, at.mosaics)
+        return self.composed(self._train[at.group], at.row, rng, at.mosaics)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
         assert isinstance(network, BoxNetwork)
-        images = [(arrays, row) for arrays in self._images["val"] for row in range(len(arrays["labels"]))]
+        images = [(arrays, row) for arrays in self._val for row in range(len(arrays["labels"]))]
         images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
         found, gt = list[Kept](), list[np.ndarray]()
         for start in range(0, len(images), _VALIDATION_BATCH):
@@ -186,7 +206,7 @@ class BoxJob(TrainingJob):
         """Read the samples."""
         assert isinstance(self.config, AnyDetectorConfig)
         assert isinstance(self.method, TrainableOnImages)
-        return prepare(readers, self.method.reads, self.config, self.cache_dir, progress)
+        return prepare(readers, self.method.reads, self.config, self.cache_dir, progress, self.open_stream)
 
     def start(self, progress: Progress | None = None) -> Started:
         """Read the samples and make a fresh network."""
@@ -194,8 +214,17 @@ class BoxJob(TrainingJob):
         prepared = self.prepared(readers, progress)
         torch.manual_seed(self.config.seed)
         counts = {split: [len(arrays["labels"]) for arrays in parts] for split, parts in prepared.images.items()}
-        order = GroupedOrder(counts["train"], self.config.batch, self.config.seed)
+        order: ImageOrder
+        train: Groups
+        remark = ""
+        if prepared.streamed is None:
+            order, train = GroupedOrder(counts["train"], self.config.batch, self.config.seed), prepared.images["train"]
+        else:
+            assert isinstance(self.config, AnyDetectorConfig)
+            order = train = prepared.streamed
+            stream, _ = self.config.stream, counts.pop("train")
+            remark = f"train: the stream of {stream.recipe}, seed {stream.seed}"
         sizes, read = self.sizes(prepared), {"classes": prepared.classes, "images": prepared.reading}
         config = self.run_config(**self.origin(readers), **read, network=sizes)
-        task = self.task(config.make_network(), self.config, prepared.images, prepared.class_of, order)
-        return Started(task, order, config, {split: sum(sizes) for split, sizes in counts.items()})
+        task = self.task(config.make_network(), self.config, train, prepared.images["val"], prepared.class_of, order)
+        return Started(task, order, config, {split: sum(sizes) for split, sizes in counts.items()}, remark)

@@ -1,13 +1,14 @@
 """Boxes of the faces of pallets that a truck would enter, for networks that are to find these beside whole pallets."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Protocol
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.objects import FACES, ObjectInfo
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.geometry.pose import transform_points
 
@@ -20,7 +21,18 @@ _NEAREST = 0.05
 """Depth (m) from which on all corners must lie."""
 
 
-def face_labels(reader: DatasetReader, image: ImageRecord, box: Letterbox) -> Float[np.ndarray, "k 8"]:
+class MaskReader(Protocol):
+    """What knows the objects of an image and their masks."""
+
+    @property
+    def objects(self) -> Mapping[int, ObjectInfo]:
+        """Objects by obj_id."""
+
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Return the mask of a target's visible pixels."""
+
+
+def face_labels(reader: MaskReader, image: ImageRecord, box: Letterbox) -> Float[np.ndarray, "k 8"]:
     """Return the labels of faces as ``rows.LABEL`` names them, their obj_id that of the pallet below zero.
 
     The face that looks at the camera most is labelled; another that could be taken for it has a visible fraction of 0,
@@ -28,7 +40,7 @@ def face_labels(reader: DatasetReader, image: ImageRecord, box: Letterbox) -> Fl
     area over that of the whole rectangle's box.
 
     Args:
-        reader: The dataset, which holds visible masks.
+        reader: Gives visible masks.
         image: One of its images.
         box: How the image is scaled.
     """
@@ -42,7 +54,7 @@ def face_labels(reader: DatasetReader, image: ImageRecord, box: Letterbox) -> Fl
 
 
 def _labels(
-    reader: DatasetReader, image: ImageRecord, target: TargetRecord, box: Letterbox
+    reader: MaskReader, image: ImageRecord, target: TargetRecord, box: Letterbox
 ) -> Iterator[tuple[float, ...]]:
     sides = sorted(_facing(target, target.info(reader.objects)), key=lambda side: -side[0])
     mask: Bool[np.ndarray, "h w"] | None = None

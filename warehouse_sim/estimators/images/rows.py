@@ -1,13 +1,15 @@
 """The images of a split on their canvas, with the boxes of their targets: read once, kept in a cache, mapped."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float, Float32, UInt16
+from jaxtyping import Bool, Float, Float32, UInt8, UInt16
 
+from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
@@ -19,13 +21,36 @@ from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.split import load_rows, split_images
 
+SMALL_ARRAYS = ("labels", "size_wh", "number")
+"""Of the arrays of images, those that are no images."""
 MOST_LABELS = 128
 """Of an image with more, the largest are kept."""
 LABEL = ("left", "top", "right", "bottom", "obj_id", "visible_fraction", "height_px", "gt_index")
 """Columns of a label: edges on the canvas (px), object, what is seen of it, height in the image itself (px)."""
 
 
-def image_rows(reader: DatasetReader, image: ImageRecord, config: ImageConfig) -> Arrays:
+class ImageReader(Protocol):
+    """What gives the pixels of an image: a dataset's reader, or an observation that no file holds."""
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether there are depth images."""
+
+    @property
+    def objects(self) -> Mapping[int, ObjectInfo]:
+        """Objects by obj_id."""
+
+    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
+        """Return the colour image."""
+
+    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
+        """Return the depth image (m)."""
+
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Return the mask of a target's visible pixels."""
+
+
+def image_rows(reader: DatasetReader | ImageReader, image: ImageRecord, config: ImageConfig) -> Arrays:
     """Return one row of each array.
 
     ``labels`` (1 m 8) has a row a target as ``LABEL`` names it, NaN where there is none, ``size_wh`` the image's own
@@ -71,16 +96,20 @@ def canonical_mm(depth: Float32[np.ndarray, "h w"], focal_px: float) -> UInt16[n
     return np.clip(np.rint(scaled), 0, 65_000).astype(np.uint16)
 
 
-def read_depth(reader: DatasetReader, image: ImageRecord, source: DepthSource) -> Float32[np.ndarray, "h w"]:
+def read_depth(
+    reader: DatasetReader | ImageReader, image: ImageRecord, source: DepthSource
+) -> Float32[np.ndarray, "h w"]:
     """Return the depth of an image (m), 0 where there is none.
 
     Raises:
         DatasetError: The dataset holds none, or no sweeps.
     """
     if source == "lidar":
+        if not isinstance(reader, DatasetReader):
+            raise DatasetError("a stream has no sweeps: take the depth camera's, or train on a dataset")
         return upsample(sparse_depth(image.camera, sweep_points(read_sweep(reader, image))).depth)
     if not reader.has_depth:
-        raise DatasetError(f"{reader.root}: holds no depth images; take a detector of colour")
+        raise DatasetError(f"{getattr(reader, 'root', 'the stream')}: holds no depth images; take a detector of colour")
     return reader.depth(image)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning.samples.array_store import Arrays, joined, kept_arrays
-from warehouse_sim.learning.settings import Progress
+from warehouse_sim.learning.settings import Progress, StreamConfig
 from warehouse_sim.processes import keep_freed_memory
 
 ReadRows = Callable[[ImageRecord], Arrays | None]
@@ -26,6 +26,20 @@ def split_images(reader: DatasetReader, split: str) -> Sequence[ImageRecord]:
     if split not in reader.splits:
         raise TrainingError(f"{reader.root}: has no split {split!r}; it has: {', '.join(reader.splits) or '(none)'}")
     return reader.images(split)
+
+
+def require_other_scenes(readers: Sequence[DatasetReader], stream: StreamConfig) -> None:
+    """Reject a stream with the seed of a dataset.
+
+    Raises:
+        TrainingError: It has one.
+    """
+    for reader in readers:
+        if reader.manifest is not None and reader.manifest.seed == stream.seed:
+            raise TrainingError(
+                f"stream.seed {stream.seed} is the seed of {reader.root}, whose val split would be trained on; "
+                "choose another one"
+            )
 
 
 def load_rows(

@@ -157,8 +157,7 @@ class TrainConfig(LoopConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.stream.recipe and self.devices > 1:
-            raise ValueError(f"a stream feeds one process, not {self.devices}: leave out stream.recipe or devices")
+        self.stream.require_one_process(self.devices)
         if self.phase != "joint" and self.refiner_iterations == 0:
             raise ValueError(f"phase {self.phase} trains the refiner: refiner_iterations must be 1 or more")
 

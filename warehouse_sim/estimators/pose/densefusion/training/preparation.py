@@ -21,7 +21,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.learning.run_folder import dataset_sources, package_version
 from warehouse_sim.learning.samples.array_store import Arrays
-from warehouse_sim.learning.samples.split import reports_reading
+from warehouse_sim.learning.samples.split import reports_reading, require_other_scenes
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.learning.trainable import OpenStream
 
@@ -82,7 +82,7 @@ def prepare(
     crop = crop_of(network)
     streams = bool(config.stream.recipe)
     if streams:
-        _require_other_scenes(readers, config)
+        require_other_scenes(readers, config.stream)
     found: dict[str, list[Arrays]] = {}
     for split in ("val",) if streams else ("train", "val"):
         reads = [
@@ -164,20 +164,6 @@ def _wanted_objects(objects: dict[int, ObjectInfo], patterns: Sequence[str]) -> 
 
 def _matches(info: ObjectInfo, pattern: str) -> bool:
     return fnmatchcase(info.name, pattern) or info.class_name == pattern
-
-
-def _require_other_scenes(readers: Sequence[DatasetReader], config: TrainConfig) -> None:
-    """Reject a stream with the seed of a dataset.
-
-    Raises:
-        TrainingError: It has one.
-    """
-    for reader in readers:
-        if reader.manifest is not None and reader.manifest.seed == config.stream.seed:
-            raise TrainingError(
-                f"stream.seed {config.stream.seed} is the seed of {reader.root}, whose val split would be trained on; "
-                "choose another one"
-            )
 
 
 def _known_objects(
