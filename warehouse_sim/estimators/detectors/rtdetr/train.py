@@ -1,6 +1,6 @@
 """The training of an RT-DETR: its step, its job, and weights that it begins with, such as published ones."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,14 +26,13 @@ from warehouse_sim.estimators.detectors.rtdetr.network import (
     RtdetrRun,
 )
 from warehouse_sim.estimators.detectors.rtdetr.settings import RtdetrConfig
-from warehouse_sim.estimators.detectors.task import BoxJob, BoxTask, ImageBoxTask, Inputs
+from warehouse_sim.estimators.detectors.task import BoxJob, BoxTask, Groups, ImageBoxTask, ImageOrder, Inputs
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.learning.compute import on_device
 from warehouse_sim.learning.job import Started, starting_weights
 from warehouse_sim.learning.records import RunLog
 from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights, read_weights
 from warehouse_sim.learning.samples.array_store import Arrays
-from warehouse_sim.learning.samples.order import GroupedOrder
 from warehouse_sim.optional import require
 from warehouse_sim.resources import model_dir
 
@@ -124,11 +123,12 @@ class RtdetrTask(ImageBoxTask):
         self,
         network: RtdetrNetwork,
         config: RtdetrConfig,
-        images: dict[str, list[Arrays]],
+        train: Groups,
+        val: Sequence[Arrays],
         class_of: dict[int, int],
-        order: GroupedOrder,
+        order: ImageOrder,
     ) -> None:
-        super().__init__(network, config, images, class_of, order)
+        super().__init__(network, config, train, val, class_of, order)
         self._loss = make_loss(network.model.config)
 
     def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
