@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import numpy as np
 from jaxtyping import Int
 from torch import Tensor
 
@@ -13,7 +12,7 @@ from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.joined import joined_alike
 from warehouse_sim.learning.samples.order import GroupedOrder
-from warehouse_sim.learning.samples.stream_window import StreamWindow
+from warehouse_sim.learning.samples.stream_window import Arrivals, StreamWindow, seed_since
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.schema import Observation
@@ -46,47 +45,40 @@ class StreamedImages:
         seed: int,
     ) -> None:
         self._images, self._objects, self._batch, self._seed = images, objects, batch, seed
-        self._window = StreamWindow(lambda start: open_stream(stream, start), self._rows, stream.window, stream.fresh)
-        self._held: dict[int, tuple[list[Arrays], GroupedOrder]] = {}
-        """Images and their order, by the step at which the window came to where they are."""
+        window = StreamWindow(lambda start: open_stream(stream, start), self._rows, stream.window, stream.fresh)
+        self._arrivals = Arrivals(window, self._gathered)
 
     def first(self) -> list[Arrays]:
         """Return the images of the first step's window, those of one canvas together."""
-        return self._at(0)[1][0]
+        return self._arrivals.at(0)[1][0]
 
     def indices(self, step: int) -> Int[Tensor, " b"]:
         """Return the numbers of one step's images."""
-        arrived, (_, order) = self._at(step)
+        arrived, (_, order) = self._arrivals.at(step)
         return order.indices(step - arrived) + arrived * _MOST_IMAGES
 
     def group_of(self, index: Int[Tensor, " b"]) -> tuple[int, Int[Tensor, " b"]]:
         """Return the group of a step's images, which this holds by its number, and their rows in it."""
         arrived = int(index[0]) // _MOST_IMAGES
-        group, rows = self._held[arrived][1].group_of(index - arrived * _MOST_IMAGES)
+        group, rows = self._arrivals.since(arrived)[1].group_of(index - arrived * _MOST_IMAGES)
         return arrived * _MOST_GROUPS + group, rows
 
     def __getitem__(self, group: int) -> Arrays:
         """Return the images of a group of this step or the one before."""
         arrived, number = divmod(group, _MOST_GROUPS)
-        return self._held[arrived][0][number]
+        return self._arrivals.since(arrived)[0][number]
 
-    def _at(self, step: int) -> tuple[int, tuple[list[Arrays], GroupedOrder]]:
-        arrived, rows = self._window.arrived(step), self._window.at(step)
-        if arrived not in self._held:
-            parts = joined_alike(rows, SMALL_ARRAYS)
-            seed = int(np.random.default_rng([self._seed, arrived]).integers(2**31)) if arrived else self._seed
-            order = GroupedOrder([len(part["labels"]) for part in parts], self._batch, seed)
-            # Samples of the step before may still be composed.
-            before = {place: held for place, held in self._held.items() if place == max(self._held)}
-            self._held = before | {arrived: (parts, order)}
-        return arrived, self._held[arrived]
+    def _gathered(self, rows: list[Arrays], arrived: int) -> tuple[list[Arrays], GroupedOrder]:
+        parts = joined_alike(rows, SMALL_ARRAYS)
+        sizes = [len(part["labels"]) for part in parts]
+        return parts, GroupedOrder(sizes, self._batch, seed_since(self._seed, arrived))
 
     def _rows(self, observation: Observation) -> Arrays:
-        image = _Observed(observation, self._objects)
+        image = ObservedAmong(observation, self._objects)
         return image_rows(image, image.record, self._images)
 
 
-class _Observed(ObservedImage):
+class ObservedAmong(ObservedImage):
     """An observation with the objects of the data that it is trained beside.
 
     Args:

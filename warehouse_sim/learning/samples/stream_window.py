@@ -5,10 +5,13 @@ from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from warehouse_sim.errors import TrainingError
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
+Held = TypeVar("Held")
 _STRIDES = 8
 """Strides in which a window passes an item."""
 
@@ -63,3 +66,38 @@ class StreamWindow(Generic[Item, Made]):
         if self._end < last:
             raise TrainingError(f"the stream ends before observation {self._end}, which step {step} needs")
         return list(islice(self._items, self._size))
+
+
+class Arrivals(Generic[Made, Held]):
+    """What steps draw from while a window moves: gathered when it comes to another place, kept until the next one.
+
+    Args:
+        window: The window.
+        gather: Makes of what it shows, and of the step at which it came there, what is drawn from.
+    """
+
+    def __init__(self, window: StreamWindow[Item, Made], gather: Callable[[list[Made], int], Held]) -> None:
+        self._window, self._gather = window, gather
+        self._held: dict[int, Held] = {}
+
+    def at(self, step: int) -> tuple[int, Held]:
+        """Return when the window came to where it is at a step, and what is drawn from there.
+
+        Raises:
+            TrainingError: The stream ends before.
+        """
+        arrived, shown = self._window.arrived(step), self._window.at(step)
+        if arrived not in self._held:
+            # Samples of the step before may still be composed.
+            before = {place: held for place, held in self._held.items() if place == max(self._held)}
+            self._held = before | {arrived: self._gather(shown, arrived)}
+        return arrived, self._held[arrived]
+
+    def since(self, arrived: int) -> Held:
+        """Return what is drawn from since a step, the last one or the one before at which the window came."""
+        return self._held[arrived]
+
+
+def seed_since(seed: int, arrived: int) -> int:
+    """Return the seed of the order that begins where a window came to at a step; the first is that of the run."""
+    return int(np.random.default_rng([seed, arrived]).integers(2**31)) if arrived else seed

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -15,9 +16,8 @@ from warehouse_sim.estimators.segmenters.segnet.keypoints import MIRRORED, find_
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, BoxCropConfig, SegmenterConfig
 from warehouse_sim.estimators.segmenters.segnet.window import Window
-from warehouse_sim.learning.loop import ComposedTask
+from warehouse_sim.learning.loop import ComposedTask, Order
 from warehouse_sim.learning.samples.array_store import Arrays
-from warehouse_sim.learning.samples.order import SampleOrder
 
 _SPREAD_PX = 1.5
 """Of the place that a key point is requested."""
@@ -105,6 +105,13 @@ _MOST_VALIDATED = 1000
 """Boxes of a validation, evenly spread."""
 
 
+class Boxes(Protocol):
+    """Stored boxes by number."""
+
+    def at(self, index: int, /) -> tuple[Arrays, int]:
+        """Return the arrays that hold a box, and its row there."""
+
+
 class BoxRows:
     """Rows of several arrays as one, of which only some are wanted.
 
@@ -133,7 +140,8 @@ class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
         network: What is trained.
         config: Settings.
         crop: How boxes are cut out.
-        rows: Rows by split.
+        train: Boxes to learn from.
+        val: Those to validate on.
         order: Order of the training samples.
     """
 
@@ -144,11 +152,12 @@ class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
         network: SegmenterNetwork,
         config: SegmenterConfig,
         crop: BoxCropConfig,
-        rows: dict[str, BoxRows],
-        order: SampleOrder,
+        train: Boxes,
+        val: BoxRows,
+        order: Order,
     ) -> None:
         super().__init__(network, config.workers)
-        self.config, self._crop, self._rows, self._order = config, crop, rows, order
+        self.config, self._crop, self._train, self._val, self._order = config, crop, train, val, order
 
     def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the boxes ``index``, disturbed afresh."""
@@ -166,12 +175,12 @@ class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
         """Return the training sample of a step, a place in it and a row."""
         step, place, row = key
         rng = np.random.default_rng([self.config.seed, step, place])
-        return box_sample(*self._rows["train"].at(row), self._crop, self.config.augment, rng)
+        return box_sample(*self._train.at(row), self._crop, self.config.augment, rng)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return the masks' mean overlap with ground truth, the fractions (%) above 0.5 and 0.75, errors of points."""
         assert isinstance(network, SegmenterNetwork)
-        rows = self._rows["val"]
+        rows = self._val
         chosen = range(0, len(rows), max(1, -(-len(rows) // _MOST_VALIDATED)))
         overlaps, errors = list[np.ndarray](), list[np.ndarray]()
         for start in range(0, len(chosen), _VALIDATION_BATCH):

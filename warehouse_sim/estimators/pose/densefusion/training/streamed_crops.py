@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
@@ -22,7 +21,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance
 from warehouse_sim.learning.samples.order import SampleOrder
-from warehouse_sim.learning.samples.stream_window import StreamWindow
+from warehouse_sim.learning.samples.stream_window import StreamWindow, seed_since
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.schema import Observation
@@ -139,9 +138,5 @@ class StreamOrder:
         (numbers, window), arrived = self._crops.window(step), self._crops.arrived(step)
         if self._order is None or self._order[0] != arrived:
             weights = sampling_weights(window.class_index, self._classes, self._balance)
-            self._order = (arrived, SampleOrder(len(numbers), self._batch, self._seed_from(arrived), weights))
+            self._order = (arrived, SampleOrder(len(numbers), self._batch, seed_since(self._seed, arrived), weights))
         return numbers[self._order[1].indices(step - arrived)]
-
-    def _seed_from(self, step: int) -> int:
-        """Return the seed of the order that begins at a step; the first is that of the run."""
-        return int(np.random.default_rng([self._seed, step]).integers(2**31)) if step else self._seed

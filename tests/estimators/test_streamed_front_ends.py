@@ -1,4 +1,4 @@
-"""Detectors on observations that no file holds: the rows of files, and weights that an interruption does not change."""
+"""Front ends on observations that no file holds: rows of files, and weights that an interruption does not change."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,8 +19,9 @@ from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.images.rows import image_rows
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.estimators.images.streamed import StreamedImages
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train
-from warehouse_sim.learning.settings import StreamConfig
+from warehouse_sim.learning.settings import LoopConfig, StreamConfig
 from warehouse_sim.schema import Observation
 
 STREAM = StreamConfig(recipe="toy", seed=99, window=6, fresh=1.5)
@@ -28,6 +29,9 @@ CONFIG = DetectorConfig(
     max_minutes=None, max_steps=6, batch=4, size="pico", input_wh=(160, 96), validations=3, precision="32", threads=1,
     workers=2, wanted=WantedConfig(height_px=4), stream=STREAM,
 )  # fmt: skip
+BOXES = SegmenterConfig(
+    max_minutes=None, max_steps=6, batch=4, width=4, validations=3, threads=1, workers=2, stream=STREAM
+)
 
 
 def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
@@ -55,8 +59,11 @@ def test_rows_of_an_observation_are_those_of_its_files(toy_root: Path) -> None:
     assert seen >= 6
 
 
-def test_an_interrupted_training_ends_with_the_same_weights(toy_root: Path, tmp_path: Path) -> None:
-    whole = weights(train("detector-rgbd", toy_root, tmp_path / "whole", CONFIG, open_stream=toy_stream))
+@pytest.mark.parametrize(("name", "config"), [("detector-rgbd", CONFIG), ("segmenter-depth", BOXES)])
+def test_an_interrupted_training_ends_with_the_same_weights(
+    name: str, config: LoopConfig, toy_root: Path, tmp_path: Path
+) -> None:
+    whole = weights(train(name, toy_root, tmp_path / "whole", config, open_stream=toy_stream))
     stopped = 0
 
     def stops(config: StreamConfig, start: int) -> Iterator[Observation]:
@@ -68,11 +75,11 @@ def test_an_interrupted_training_ends_with_the_same_weights(toy_root: Path, tmp_
             yield item
 
     with pytest.raises(KeyboardInterrupt):
-        train("detector-rgbd", toy_root, tmp_path / "cut", CONFIG, open_stream=stops)
+        train(name, toy_root, tmp_path / "cut", config, open_stream=stops)
     assert stopped == 1
-    cut = weights(train("detector-rgbd", toy_root, tmp_path / "cut", CONFIG, resume=True, open_stream=toy_stream))
-    for name, value in whole.items():
-        np.testing.assert_array_equal(value, cut[name], err_msg=name)
+    cut = weights(train(name, toy_root, tmp_path / "cut", config, resume=True, open_stream=toy_stream))
+    for key, value in whole.items():
+        np.testing.assert_array_equal(value, cut[key], err_msg=key)
     log = (tmp_path / "cut" / "train.log").read_text(encoding="utf-8")
     assert "train: the stream of toy, seed 99" in log
     assert yaml.safe_load((tmp_path / "cut" / "config.yaml").read_text())["train"]["stream"]["window"] == 6
