@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.result import percent_cell
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.lidar.sweep.network import SweepRun
@@ -86,7 +87,7 @@ def description(model: Path) -> list[str]:
         "training time": "{minutes:.0f} min of wall time on {device}, {precision}".format(
             minutes=result["seconds"] / 60, **result
         ),
-        **({"initialised with": f"weights of `{config.started_from.name}`"} if config.started_from else {}),
+        **({"initialised with": _before(model, config.started_from.name)} if config.started_from else {}),
         "seed": str(config.train.seed),
         "licence": "Apache-2.0; trained on synthetic data of this package alone",
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
@@ -94,6 +95,17 @@ def description(model: Path) -> list[str]:
     method = trainable(config.estimator)
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
     return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
+
+
+def _before(model: Path, name: str) -> str:
+    """Return which weights a training began with, and what these had seen where they are kept beside it."""
+    stage = model / FIRST_STAGE / "result.json"
+    if not stage.is_file():
+        return f"weights of `{name}`"
+    result = json.loads(stage.read_text(encoding="utf-8"))
+    return (
+        f"those of {result['samples']:,} samples in {result['steps']:,} steps, {result['seconds'] / 60:.0f} min before"
+    )
 
 
 def _sources(datasets: Sequence[DatasetSource]) -> str:

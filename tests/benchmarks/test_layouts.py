@@ -1,0 +1,77 @@
+"""Weights for any layout: cards that hide no layout, and results that come out of the weights."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+from benchmarks.estimators.data import made
+from benchmarks.front_ends import layouts
+from benchmarks.front_ends.layout_card import write
+from benchmarks.result import RESULTS
+from tests.shared import Shared
+from warehouse_sim.estimators.detections import open_front_end
+from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.predict import predict
+from warehouse_sim.resources import model_dir, model_names
+
+NAMES = [name for name in model_names() if name.endswith("-warehouses")]
+
+
+def stored() -> dict[str, dict]:
+    rows = json.loads((RESULTS / "layouts.json").read_text(encoding="utf-8"))["rows"]
+    return {row["name"]: row for row in rows}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_card_holds_every_layout_worst_first(name: str) -> None:
+    text = (model_dir(name) / "card.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| ([0-9.]+)", text, re.MULTILINE)
+    assert sorted(layout for layout, _ in rows) == sorted(layouts.LAYOUTS)
+    values = [float(value) for _, value in rows]
+    assert values == sorted(values)
+    assert "| licence | Apache-2.0" in text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_card_is_that_of_the_stored_results(name: str, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(model_dir(name), tmp_path / name))
+    before = (folder / "card.md").read_bytes(), (folder / "card.yaml").read_bytes()
+    write(folder, name.removesuffix("-warehouses"), list(stored().values()))
+    assert before == ((folder / "card.md").read_bytes(), (folder / "card.yaml").read_bytes())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_weights_are_numbers_and_small(name: str) -> None:
+    folder = model_dir(name)
+    assert sum(path.stat().st_size for path in folder.rglob("*")) < 6 * 2**20
+    for value in safetensors.numpy.load_file(folder / "weights.safetensors").values():
+        assert np.isfinite(value).all()
+
+
+def test_all_models_together_are_small() -> None:
+    files = [path for name in model_names() for path in model_dir(name).rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < 60e6
+
+
+@pytest.mark.gl
+def test_the_chain_finds_pallets_in_pixels(shared: Shared) -> None:
+    data = shared.dataset("smoke")
+    poses = predict("recommended", data, "all")
+    assert load_estimator("recommended").finds_objects
+    assert {"pallet"} == {pose.class_name for pose in poses}
+    assert open_front_end("detector-rgb-warehouses").reads_rgb
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_stored_precision_comes_out_of_the_weights(tmp_path: Path) -> None:
+    root = made(layouts.data("conveyor_pickup"), tmp_path, 2)
+    found = layouts._found("boxes", "-warehouses", root, tmp_path / "found.json")
+    row = stored()["conveyor_pickup: boxes (warehouses)"]
+    assert found["n"] == row["n"]
+    assert found["value"] == pytest.approx(row["value"], abs=0.02)
