@@ -24,10 +24,11 @@ class CleanImages:
     Args:
         renderer: The scene is loaded into it in the light of the moment.
         camera: Intrinsics and lens.
+        normals: Whether every rendering has normals, requested or not.
     """
 
-    def __init__(self, renderer: Renderer, camera: PinholeCamera) -> None:
-        self._renderer, self._camera = renderer, camera
+    def __init__(self, renderer: Renderer, camera: PinholeCamera, normals: bool = False) -> None:
+        self._renderer, self._camera, self._normals = renderer, camera, normals
         self._rendered: dict[bytes, RenderBuffers] = {}
 
     def seen_from(self, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
@@ -35,6 +36,7 @@ class CleanImages:
         place = (T_world_camera + 0.0).tobytes()  # the sum has no negative zeros
         known = self._rendered.get(place)
         if known is None or (normals and known.normals is None):
+            normals = normals or self._normals
             known = self._rendered[place] = self._renderer.render(self._camera, T_world_camera, normals=normals)
         return known
 
