@@ -42,6 +42,7 @@ CHECKS = [
     "bop targets",
     "bop images",
     "bop masks",
+    "bop exact images",
     "bop poses on images",
     "kitti files",
     "kitti labels",

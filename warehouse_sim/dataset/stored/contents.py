@@ -138,7 +138,7 @@ class Contents:
     left_out: tuple[Output, ...] = field(default=(), metadata={"omitted": True})
     """What the recipe wants no file of, though its rig has it."""
     codings: dict[Output, str] = field(default_factory=dict, metadata={"omitted": True})
-    """Images of exact data that the recipe asks for -> what their 16-bit PNGs say, see ``schema.outputs``."""
+    """Images of exact data that the recipe requires -> what their 16-bit PNGs say, see ``schema.outputs``."""
     lidar: LidarContents | None = field(default_factory=LidarContents)
     """The main LiDAR; null = none."""
     lidars: tuple[str, ...] = ()

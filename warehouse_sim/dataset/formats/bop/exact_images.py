@@ -76,7 +76,7 @@ def require_known_values(image: UInt16[np.ndarray, "h w"], names: dict[int, str]
 
 
 def exact_files(table: ClassTable) -> dict[str, Callable[[Observation], bytes]]:
-    """Return how the file of each kind of exact image is made of an observation that was asked for it."""
+    """Return how the file of each kind of exact image is made of an observation that holds it."""
     return {
         "normals": lambda item: encode_normals(_made(item.buffers.normals, "normals")),
         "object_coordinates": lambda item: encode_coordinates(_made(item.object_coordinates, "object_coordinates")),

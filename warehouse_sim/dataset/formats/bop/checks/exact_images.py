@@ -13,7 +13,7 @@ _AWAY = 0.02
 """How far a normal may point away from the camera: a face seen along itself, its step and the pixel's size."""
 _SHIFT_PX = 1.0
 _BESIDE = 0.01
-"""Fraction of pixels whose coordinates may be off: those of worn objects that leave their boxes."""
+"""Fraction of pixels whose coordinates may be off: those of damaged objects that leave their boxes."""
 
 
 def exact_images(subject: Subject) -> Findings:
