@@ -91,6 +91,8 @@ class Moment:
     instruments: Instruments
     wanted: tuple[Output, ...]
     """What is to be made."""
+    color: bool
+    """Whether anybody looks at the image of the rig's camera."""
 
 
 class Stage:
@@ -111,13 +113,16 @@ class Stage:
         """Those of the last moment."""
         self._loaded: SceneSpec | None = None
 
-    def set_up(self, variant: Variant, index: int, viewpoint: Viewpoint) -> tuple[Moment, SceneChange]:
+    def set_up(
+        self, variant: Variant, index: int, viewpoint: Viewpoint, sensors: Mapping[str, MountedSensor]
+    ) -> tuple[Moment, SceneChange]:
         """Return the moment of a viewpoint, and what of its scene differs from the first one; at first everything.
 
         Args:
             variant: As the viewpoint has it.
             index: Of the viewpoint.
             viewpoint: From where.
+            sensors: What will observe it.
         """
         change = SceneChange.between(None if self._base is None else self._base.scene, variant.scene)
         if self._last is None or self._last.scene is not variant.scene:
@@ -127,8 +132,11 @@ class Stage:
         if self._loaded is None or _needs_reload(self._loaded, lit):
             self._renderer.load(lit)
             self._loaded = lit
-        images = CleanImages(self._renderer, self._camera, normals="normals" in self._wanted)
-        moment = Moment(variant, index, viewpoint, lit, self._camera, self._renderer, images, self._last, self._wanted)
+        wanted, camera = self._wanted, self._camera
+        color = "rgb" in wanted or any(item.reads_light for name, item in sensors.items() if name != CAMERA)
+        drawn = color or "clean" in wanted or variant.sensor.rgbd.depth.needs_color
+        images = CleanImages(self._renderer, camera, "normals" in wanted, drawn)
+        moment = Moment(variant, index, viewpoint, lit, camera, self._renderer, images, self._last, wanted, color)
         return moment, change
 
 
@@ -167,7 +175,7 @@ def observe_scene(
         sensors = replace(rig, rgbd=variant.sensor.rgbd).reading()
         kept = [name for name in sensors if name == CAMERA or rig.output_of(name) in rig.wanted]
         for index, viewpoint in enumerate(variant.scene.viewpoints):
-            moment, change = stage.set_up(variant.seen_from(index), index, viewpoint)
+            moment, change = stage.set_up(variant.seen_from(index), index, viewpoint, sensors)
             known = first[index] if number else (None, None)
             observation, unlit = _observe(moment, sensors, known[0], change)
             upright, upright_unlit = _observe_level(moment, sensors, observation, known[1], change, level)
@@ -271,6 +279,7 @@ def _read(moment: Moment, sensors: Mapping[str, MountedSensor], known: Readings)
             readings={before: item.reading for before, item in found.items()},
             name=name,
             film=moment.instruments.sight,
+            color=moment.color,
         )
         stream = mounted.stream_of(moment.index, moment.variant.noise_sample)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
