@@ -5,7 +5,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32, Int32, UInt8
+from jaxtyping import Float32, Int32, UInt8, UInt16
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.labelled_object import LabelledObject, instance_number
@@ -115,6 +115,40 @@ class Observation:
                 "points need the camera's intrinsics"
             )
         return depth_to_cloud(self.depth, self.camera)[0].astype(np.float32)
+
+    @cached_property
+    def normals(self) -> Float32[np.ndarray, "h w 3"]:
+        """The unit normal of the surface that each pixel shows, in the camera frame; zeros where there is nothing.
+
+        Raises:
+            DatasetError: The dataset holds none; it is generated with ``outputs=["default", "normals"]``.
+        """
+        return self._reader.normals(self._image)
+
+    @cached_property
+    def object_coordinates(self) -> Float32[np.ndarray, "h w 3"]:
+        """Where visible target pixels lie in the boxes of their objects, 0-1 along each edge; NaN elsewhere.
+
+        ``(value - 0.5) * size`` is the place in the object frame (m), but for the little that leaves the box.
+
+        Raises:
+            DatasetError: The dataset holds none; it is generated with ``outputs=["default", "object_coordinates"]``.
+        """
+        return self._reader.object_coordinates(self._image)
+
+    @cached_property
+    def class_mask(self) -> UInt16[np.ndarray, "h w"]:
+        """The class that each pixel shows, of all objects: a key of ``mask_classes``; 0 = nothing.
+
+        Raises:
+            DatasetError: The dataset holds none; it is generated with ``outputs=["default", "class_mask"]``.
+        """
+        return self._reader.class_mask(self._image)
+
+    @cached_property
+    def mask_classes(self) -> dict[int, str]:
+        """The class that each value of ``class_mask`` stands for; those of your own objects differ between scenes."""
+        return self._reader.mask_classes(self._image)
 
     @property
     def lidar(self) -> Float32[np.ndarray, "n 3"] | None:

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Bool, Float32, UInt8, UInt16
 
 from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
 from warehouse_sim.dataset.formats.folder.files import require_intrinsics
@@ -21,6 +22,7 @@ from warehouse_sim.dataset.stored.readings import read_reading
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import ChannelReading, LidarScan, MountedReading, NominalCalibration
+from warehouse_sim.schema.outputs import Output
 
 __all__ = [
     "ALL",
@@ -178,6 +180,38 @@ class DatasetReader:
         """Read the mask of a target's whole amodal mask, as far as it lies in the image."""
         return self._reader.mask(image, gt_index)
 
+    def normals(self, image: ImageRecord) -> Float32[np.ndarray, "h w 3"]:
+        """Read the unit normals of surfaces in the camera frame, zeros where there is nothing.
+
+        Raises:
+            DatasetError: The dataset was made without them.
+        """
+        found: Float32[np.ndarray, "h w 3"] = self._exact("normals").normals(image)
+        return found
+
+    def object_coordinates(self, image: ImageRecord) -> Float32[np.ndarray, "h w 3"]:
+        """Read where visible target pixels lie in the boxes of their objects: 0-1 along each edge, NaN elsewhere.
+
+        Raises:
+            DatasetError: The dataset was made without them.
+        """
+        found: Float32[np.ndarray, "h w 3"] = self._exact("object_coordinates").object_coordinates(image)
+        return found
+
+    def class_mask(self, image: ImageRecord) -> UInt16[np.ndarray, "h w"]:
+        """Read which class each pixel shows, as a value of ``mask_classes``; 0 = nothing.
+
+        Raises:
+            DatasetError: The dataset was made without class masks.
+        """
+        found: UInt16[np.ndarray, "h w"] = self._exact("class_mask").class_mask(image)
+        return found
+
+    def mask_classes(self, image: ImageRecord) -> dict[int, str]:
+        """Return the class that each value of an image's class mask stands for; it may differ between scenes."""
+        found: dict[int, str] = self._exact("class_mask").mask_classes(image)
+        return found
+
     def sweep(self, image: ImageRecord) -> MountedReading[LidarScan] | None:
         """Read the sweep of the main LiDAR; None where no format of the dataset holds one.
 
@@ -215,6 +249,24 @@ class DatasetReader:
         return {
             name: MountedReading(places.get(name, item.T_camera_sensor), item.reading) for name, item in found.items()
         }
+
+    def _exact(self, output: Output) -> Any:
+        """Return the reader of images of exact data.
+
+        Raises:
+            DatasetError: They were left out, or third parties made the dataset.
+        """
+        if self.manifest is None:
+            raise DatasetError(f"{self.root}: holds no {output}, which only generate makes; see its --outputs")
+        self.manifest.contents.require(output, self.root)
+        return self._exact_reader
+
+    @cached_property
+    def _exact_reader(self) -> FormatReader | None:
+        """The reader of a format that holds images of exact data; None where none does."""
+        names = () if self.manifest is None else self.manifest.formats
+        others = (dataset_format(name).reader(self.root) for name in names if name in FORMATS.names())
+        return next((item for item in chain([self._reader], others) if hasattr(item, "normals")), None)
 
     def _is_all(self, split: str) -> bool:
         return split == ALL and ALL not in self.splits

@@ -14,6 +14,7 @@ from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, ObservationFiles
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import CAMERA, LidarScan, MountedReading, ObjectModel, Observation
 
 
@@ -65,8 +66,15 @@ class ObservedImage:
         return read_image("train", (item.scene_index, item.observation_index), size, rows)
 
     def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Return the colour image."""
-        return self._files.observation.rgbd.rgb
+        """Return the colour image.
+
+        Raises:
+            DatasetError: The recipe leaves it out.
+        """
+        found = self._files.observation.rgbd.rgb
+        if not found.size:
+            raise DatasetError("the recipe makes no rgb; add it to sensors.outputs")
+        return found
 
     def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
         """Return the depth image: metres along the optical axis, 0 = no reading."""

@@ -1,6 +1,7 @@
 """One image that shows everything an observation holds, readings included."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -111,9 +112,11 @@ def render_contact_sheet(
         backend: Render backend.
         backend_options: Its options, see ``render.option_settings``.
     """
-    prepared = prepare_scene(recipe, seed, scene_index)
+    prepared, rig = prepare_scene(recipe, seed, scene_index), recipe.sensors
+    if "rgb" not in rig.wanted:  # most panels are drawn on the image
+        rig = replace(rig, outputs=("rgb", *rig.wanted))
     with open_renderer(backend, **backend_options) as renderer:
-        observation = next(observe_scene(prepared.scene, recipe.sensors, renderer, prepared.variants[:1]))
+        observation = next(observe_scene(prepared.scene, rig, renderer, prepared.variants[:1]))
     make_folder(out.parent)
     write_bytes(out, encode_rgb(contact_sheet(observation)))
 

@@ -20,6 +20,7 @@ from warehouse_sim.dataset.split import SPLITS, Split, SplitConfig
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.dataset.stored.scene_record import Outcome
+from warehouse_sim.dataset.viewing.overlay import colorize_depth
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.generation.hand_made import Take, labelled_models
 from warehouse_sim.generation.plan import texture_licence
@@ -120,7 +121,9 @@ class HandMadeDataset:
         views = tuple(item.observation.viewpoint for item in takes if item.observation.viewpoint is not None)
         scene = replace(take.scene, scene_index=index, seed=0, viewpoints=views, targets=tuple(sorted(self._targets)))
         for number, item in enumerate(takes):
-            write_thumbnail(DatasetLayout(self.root).card, item.observation.rgbd.rgb, index, number)
+            read = item.observation.rgbd
+            picture = read.rgb if read.rgb.size else colorize_depth(read.depth)
+            write_thumbnail(DatasetLayout(self.root).card, picture, index, number)
         report = take.made.report
         store.write_scene(
             scene,

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.annotate.dense import class_numbers, object_coordinates
 from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.light import LightMeter, measure_conditions, target_illuminance
@@ -32,6 +33,7 @@ from warehouse_sim.schema import (
     SceneSpec,
     Viewpoint,
 )
+from warehouse_sim.schema.outputs import Output
 from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.rig import MountedSensor, RigConfig, SensorChoice
 from warehouse_sim.sensors.view import CleanImages, SensorView
@@ -87,6 +89,10 @@ class Moment:
     """The scene is loaded into it."""
     images: CleanImages
     instruments: Instruments
+    wanted: tuple[Output, ...]
+    """What is to be made."""
+    color: bool
+    """Whether anybody looks at the image of the rig's camera."""
 
 
 class Stage:
@@ -94,11 +100,12 @@ class Stage:
 
     Args:
         renderer: Renders scenes, which are loaded into it here.
-        camera: The rig's.
+        rig: Camera, and what is wanted of it.
     """
 
-    def __init__(self, renderer: Renderer, camera: PinholeCamera) -> None:
-        self._camera = camera
+    def __init__(self, renderer: Renderer, rig: RigConfig) -> None:
+        self._camera = camera = rig.make_camera()
+        self._wanted = rig.wanted
         self._renderer = renderer if camera.distortion is None else LensRenderer(renderer)
         self._base: Instruments | None = None
         """Those of the first scene, whose paired variants the others are."""
@@ -106,13 +113,16 @@ class Stage:
         """Those of the last moment."""
         self._loaded: SceneSpec | None = None
 
-    def set_up(self, variant: Variant, index: int, viewpoint: Viewpoint) -> tuple[Moment, SceneChange]:
+    def set_up(
+        self, variant: Variant, index: int, viewpoint: Viewpoint, sensors: Mapping[str, MountedSensor]
+    ) -> tuple[Moment, SceneChange]:
         """Return the moment of a viewpoint, and what of its scene differs from the first one; at first everything.
 
         Args:
             variant: As the viewpoint has it.
             index: Of the viewpoint.
             viewpoint: From where.
+            sensors: What will observe it.
         """
         change = SceneChange.between(None if self._base is None else self._base.scene, variant.scene)
         if self._last is None or self._last.scene is not variant.scene:
@@ -122,8 +132,12 @@ class Stage:
         if self._loaded is None or _needs_reload(self._loaded, lit):
             self._renderer.load(lit)
             self._loaded = lit
-        images = CleanImages(self._renderer, self._camera)
-        return Moment(variant, index, viewpoint, lit, self._camera, self._renderer, images, self._last), change
+        wanted, camera = self._wanted, self._camera
+        color = "rgb" in wanted or any(item.reads_light for name, item in sensors.items() if name != CAMERA)
+        drawn = color or "clean" in wanted or variant.sensor.rgbd.depth.needs_color
+        images = CleanImages(self._renderer, camera, "normals" in wanted, drawn)
+        moment = Moment(variant, index, viewpoint, lit, camera, self._renderer, images, self._last, wanted, color)
+        return moment, change
 
 
 def _needs_reload(before: SceneSpec, after: SceneSpec) -> bool:
@@ -152,7 +166,7 @@ def observe_scene(
         ValueError: A level camera is requested, but does not see what the tilted one sees.
     """
     variants = variants or (base_variant(scene, SensorChoice("", rig.rgbd)),)
-    stage = Stage(renderer, rig.make_camera())
+    stage = Stage(renderer, rig)
     first: list[tuple[_Unlit, _Unlit | None]] = []
     errors = None
     if rig.calibration is not None:
@@ -161,7 +175,7 @@ def observe_scene(
         sensors = replace(rig, rgbd=variant.sensor.rgbd).reading()
         kept = [name for name in sensors if name == CAMERA or rig.output_of(name) in rig.wanted]
         for index, viewpoint in enumerate(variant.scene.viewpoints):
-            moment, change = stage.set_up(variant.seen_from(index), index, viewpoint)
+            moment, change = stage.set_up(variant.seen_from(index), index, viewpoint, sensors)
             known = first[index] if number else (None, None)
             observation, unlit = _observe(moment, sensors, known[0], change)
             upright, upright_unlit = _observe_level(moment, sensors, observation, known[1], change, level)
@@ -234,7 +248,8 @@ def _observe_level(
     if camera is None or T_world_level is None or camera == moment.camera:
         return None, None
     viewpoint = replace(moment.viewpoint, T_world_camera=T_world_level)
-    upright = replace(moment, viewpoint=viewpoint, camera=camera, images=CleanImages(moment.renderer, camera))
+    images = CleanImages(moment.renderer, camera)
+    upright = replace(moment, viewpoint=viewpoint, camera=camera, images=images, wanted=())
     cameras = {name: sensors[name] for name in (CAMERA, RIGHT) if name in sensors}
     renamed = {name: replace(item, stream=f"{item.stream} level") for name, item in cameras.items()}
     level, unlit = _observe(upright, renamed, first, change)
@@ -264,6 +279,7 @@ def _read(moment: Moment, sensors: Mapping[str, MountedSensor], known: Readings)
             readings={before: item.reading for before, item in found.items()},
             name=name,
             film=moment.instruments.sight,
+            color=moment.color,
         )
         stream = mounted.stream_of(moment.index, moment.variant.noise_sample)
         reading = mounted.sensor.read(view, scene_rng(scene.seed, scene.scene_index, stream))
@@ -307,5 +323,9 @@ def _annotated(moment: Moment, readings: Readings, buffers: RenderBuffers, unlit
         buffers=buffers,
         annotations=tuple(replace(item, illuminance=lux.get(item.instance_id)) for item in labels),
         viewpoint=viewpoint,
+        object_coordinates=object_coordinates(camera, buffers, labels)
+        if "object_coordinates" in moment.wanted
+        else None,
+        class_numbers=class_numbers(variant.scene, buffers.instance_mask) if "class_mask" in moment.wanted else None,
         conditions=replace(measured, variant=variant.name, absent=variant.absent, sensor=variant.sensor.name),
     )

@@ -1,7 +1,7 @@
 """What every render backend offers."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self, TypeVar
@@ -54,6 +54,8 @@ class Capabilities:
     """Shadows of the lights."""
     global_illumination: bool = False
     """Light that surfaces send each other, followed and not approximated."""
+    without_color: bool = False
+    """``render(color=False)`` is there, and saves what colours alone need."""
     max_lights: int | None = None
     """Lights that are rendered, the most important ones; None = all."""
 
@@ -84,7 +86,8 @@ class Renderer(Protocol):
     def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
         """Render the loaded scene; all channels are sampled at the same pixel centres.
 
-        Backends draw pinholes; ``lens.LensRenderer`` around one draws cameras with a lens, too.
+        Backends draw pinholes; ``lens.LensRenderer`` around one draws cameras with a lens, too. Those that are capable
+        of it take a further argument ``color``: with False the colours are left out (0 x 0), all else is the same.
 
         Args:
             camera: Intrinsics; the principal point may lie anywhere.
@@ -114,6 +117,16 @@ class Renderer(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the renderer."""
+
+
+def render_without_color(
+    renderer: Renderer, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False
+) -> RenderBuffers:
+    """Render the loaded scene without colours where the backend is capable of it, with them otherwise."""
+    if not renderer.capabilities.without_color:
+        return renderer.render(camera, T_world_camera, normals)
+    render: Callable[..., RenderBuffers] = renderer.render
+    return render(camera, T_world_camera, normals, color=False)
 
 
 class ClosingRenderer(ABC):

@@ -50,6 +50,17 @@ def numbered(names: Iterable[str]) -> dict[str, int]:
     return {name: class_number(name) for name in sorted(set(names), key=lambda name: (class_number(name), name))}
 
 
+def mask_values(names: Iterable[str]) -> dict[str, int]:
+    """Return what each class is in a 16-bit class mask.
+
+    The package's own have their numbers; those that only a user has, whose numbers may need 31 bits, follow from
+    1,000 on in order of these.
+    """
+    found = numbered(names)
+    others = [name for name in found if name not in CLASS_NUMBERS]
+    return {name: CLASS_NUMBERS.get(name) or _FIRST_OF_OTHERS + others.index(name) for name in found}
+
+
 def kind_of(name: str) -> ObjectKind:
     """Return what kind of object a class is; "other" for classes that only a user has."""
     return _KINDS.get(name, "other")

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, cast
 
 import numpy as np
+from jaxtyping import Float32, Int32
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
@@ -63,6 +64,10 @@ class Observation:
     """Where it was taken from."""
     conditions: Conditions = Conditions()
     """Under which circumstances."""
+    object_coordinates: Float32[np.ndarray, "h w 3"] | None = None
+    """Place of each visible target pixel in its object's box, 0-1 along each edge, NaN elsewhere; None = not wanted."""
+    class_numbers: Int32[np.ndarray, "h w"] | None = None
+    """Number of the class that each pixel shows, 0 = none; None = not wanted."""
     nominal: NominalCalibration | None = None
     """What the rig says of its calibration; None = the ground truth."""
     level: "Observation | None" = None

@@ -61,11 +61,16 @@ class ChannelReading:
     """What the numbers of a channel are in ("m"), where that is known."""
 
 
+NO_COLOR: UInt8[np.ndarray, "h w 3"] = np.zeros((0, 0, 3), np.uint8)
+"""Stands for an image that was not made: nothing can be taken from it."""
+
+
 @dataclass(frozen=True, eq=False)
 class RenderBuffers:
     """What a renderer returns for one camera; all channels share the same pixel centres."""
 
     rgb: UInt8[np.ndarray, "h w 3"]
+    """``NO_COLOR`` where none was drawn."""
     depth: Float32[np.ndarray, "h w"]
     """Metres along the optical axis, 0 = nothing."""
     instance_mask: Int32[np.ndarray, "h w"]
@@ -79,6 +84,7 @@ class RgbdReading:
     """An image and the depth a real camera would give for it."""
 
     rgb: UInt8[np.ndarray, "h w 3"]
+    """``NO_COLOR`` where no image was wanted."""
     depth: Float32[np.ndarray, "h w"]
     """Metres along the optical axis with the sensor's noise, 0 = no reading."""
 

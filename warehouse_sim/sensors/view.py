@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.render.renderer import Renderer
+from warehouse_sim.render.renderer import Renderer, render_without_color
 from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.capture import Motion, camera_motion
@@ -24,10 +25,13 @@ class CleanImages:
     Args:
         renderer: The scene is loaded into it in the light of the moment.
         camera: Intrinsics and lens.
+        normals: Whether every rendering has normals, requested or not.
+        color: Whether colours are drawn.
     """
 
-    def __init__(self, renderer: Renderer, camera: PinholeCamera) -> None:
-        self._renderer, self._camera = renderer, camera
+    def __init__(self, renderer: Renderer, camera: PinholeCamera, normals: bool = False, color: bool = True) -> None:
+        self._camera, self._normals = camera, normals
+        self._render = renderer.render if color else partial(render_without_color, renderer)
         self._rendered: dict[bytes, RenderBuffers] = {}
 
     def seen_from(self, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
@@ -35,7 +39,8 @@ class CleanImages:
         place = (T_world_camera + 0.0).tobytes()  # the sum has no negative zeros
         known = self._rendered.get(place)
         if known is None or (normals and known.normals is None):
-            known = self._rendered[place] = self._renderer.render(self._camera, T_world_camera, normals=normals)
+            normals = normals or self._normals
+            known = self._rendered[place] = self._render(self._camera, T_world_camera, normals=normals)
         return known
 
 
@@ -61,6 +66,8 @@ class SensorView:
     """Of the sensor in the rig, by which the constant errors of its unit are rendered."""
     film: FilmSight | None = None
     """Exact rays against the scene's film; None = there is none."""
+    color: bool = True
+    """Whether anybody wants the image of the rig's camera; where not, it may be left out."""
 
     @property
     def T_world_camera(self) -> Transform:

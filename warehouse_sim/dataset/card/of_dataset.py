@@ -53,6 +53,7 @@ def _exact(manifest: Manifest) -> list[str]:
     ]
     if manifest.contents.clean:
         lines.append("The clean images beside the readings.")
+    lines += [f"`{name}`, 16-bit PNG: {coding}." for name, coding in manifest.contents.codings.items()]
     return lines
 
 

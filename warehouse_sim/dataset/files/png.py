@@ -46,7 +46,7 @@ def encode_png(image: np.ndarray, row_filter: Filter, small: bool = False) -> by
     """Return the PNG file of an image; equal images give equal bytes.
 
     Args:
-        image: UInt8 or UInt16 grey (h, w), or UInt8 RGB (h, w, 3); h, w >= 1.
+        image: UInt8 or UInt16, grey (h, w) or RGB (h, w, 3); h, w >= 1.
         row_filter: Sub suits photographs, Up what stands upright on smooth ground, None what is flat.
         small: Whether zlib takes twenty times as long for a sixth less.
 
@@ -54,7 +54,7 @@ def encode_png(image: np.ndarray, row_filter: Filter, small: bool = False) -> by
         DatasetError: The image has another shape or type.
     """
     depth = 8 * image.dtype.itemsize if image.dtype.kind == "u" and image.dtype.itemsize <= 2 else None
-    grey, colour = image.ndim == 2, image.ndim == 3 and image.shape[2] == 3 and depth == 8
+    grey, colour = image.ndim == 2, image.ndim == 3 and image.shape[2] == 3
     if depth is None or not (grey or colour) or image.size == 0:
         raise DatasetError(f"an image of shape {image.shape} and type {image.dtype} cannot be encoded as PNG")
     height, width = image.shape[:2]

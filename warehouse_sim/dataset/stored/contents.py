@@ -137,6 +137,8 @@ class Contents:
     """Whether clean depth and colour are stored beside the readings."""
     left_out: tuple[Output, ...] = field(default=(), metadata={"omitted": True})
     """What the recipe wants no file of, though its rig has it."""
+    codings: dict[Output, str] = field(default_factory=dict, metadata={"omitted": True})
+    """Images of exact data that the recipe requires -> what their 16-bit PNGs say, see ``schema.outputs``."""
     lidar: LidarContents | None = field(default_factory=LidarContents)
     """The main LiDAR; null = none."""
     lidars: tuple[str, ...] = ()
@@ -178,7 +180,7 @@ class Contents:
             "readings": bool(self.sensors),
         }
         usual = {name for name in USUAL if name not in self.left_out and has.get(name, True)}
-        return frozenset(usual.union(("clean",) if self.clean else ()))
+        return frozenset(usual.union(("clean",) if self.clean else (), self.codings))
 
     def require(self, output: Output, root: object) -> None:
         """Reject to read what was left out.

@@ -11,7 +11,7 @@ from warehouse_sim.dataset.stored.contents import CameraContents, Contents, Lida
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.ranges import ranges_of
 from warehouse_sim.schema import CAMERA, IMU, LIDAR, RIGHT
-from warehouse_sim.schema.outputs import USUAL, Output, WantedOutput, wanted
+from warehouse_sim.schema.outputs import CODINGS, USUAL, Output, WantedOutput, wanted
 
 _COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 _FOCAL = Span(1e-3, 1e6)
@@ -67,6 +67,7 @@ def recipe_contents(recipe: dict[str, Any], where: str = "recipe") -> Contents:
             matched=matched,
             clean="clean" in outputs,
             left_out=left_out,
+            codings={name: text for name, text in CODINGS.items() if name in outputs},
             lidar=lidar,
             lidars=lidars,
             sensors=kinds if "readings" in outputs else {},

@@ -1,6 +1,7 @@
 """Any backend behind a lens: a wider view is rendered and resampled."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import cv2
 import numpy as np
@@ -11,7 +12,14 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.lens.amodal_mask import amodal_mask_through_lens
 from warehouse_sim.render.lens.edges import EdgeCaster, rough_pixels
 from warehouse_sim.render.lens.source import LensMap, lens_map
-from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, Renderer, loaded
+from warehouse_sim.render.renderer import (
+    AmodalMask,
+    Capabilities,
+    ClosingRenderer,
+    Renderer,
+    loaded,
+    render_without_color,
+)
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec
 
 
@@ -29,7 +37,7 @@ def through_lens(sampled: RenderBuffers, lens: LensMap, edges: EdgeCaster, T_wor
     """
     inverse = np.divide(np.float32(1.0), sampled.depth, out=np.zeros_like(sampled.depth), where=sampled.depth > 0)
     shown = RenderBuffers(
-        rgb=_colors(sampled.rgb, lens),
+        rgb=_colors(sampled.rgb, lens) if sampled.rgb.size else sampled.rgb,
         depth=_depth(inverse, lens),
         instance_mask=np.take(sampled.instance_mask, lens.nearest),
         normals=None if sampled.normals is None else sampled.normals.reshape(-1, 3)[lens.nearest],
@@ -96,12 +104,15 @@ class LensRenderer(ClosingRenderer):
             self._edges = self._seen = None
         self._scene = scene
 
-    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
+    def render(
+        self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False, color: bool = True
+    ) -> RenderBuffers:
         """Render the loaded scene."""
+        render = self._renderer.render if color else partial(render_without_color, self._renderer)
         if camera.distortion is None:
-            return self._renderer.render(camera, T_world_camera, normals)
+            return render(camera, T_world_camera, normals)
         lens = lens_map(camera)
-        sampled = self._renderer.render(lens.source, T_world_camera, normals)
+        sampled = render(lens.source, T_world_camera, normals)
         shown = through_lens(sampled, lens, self._edge_caster(), T_world_camera)
         self._seen = camera, T_world_camera.tobytes(), shown.instance_mask
         return shown

@@ -27,7 +27,7 @@ from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX, NEAR, window_viewport
 from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
-from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneSpec
+from warehouse_sim.schema import NO_COLOR, ObjectInstance, RenderBuffers, SceneSpec
 
 
 class ImageTargets:
@@ -45,19 +45,14 @@ class ImageTargets:
         self.film.depth_mask = False
         self.film.viewport = window_viewport(size)
 
-    def read(self, normals: bool) -> RenderBuffers:
+    def read(self, normals: bool, color: bool) -> RenderBuffers:
         """Return what was rendered."""
         width, height = self.size
-        rgba, instance_mask = np.empty((height, width, 4), np.uint8), np.empty((height, width), np.int32)
-        stored = np.empty((height, width), np.float32)
-        self._color_texture.read_into(rgba)
+        instance_mask, stored = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
         self.geometry.instance_mask.read_into(instance_mask)
         self.geometry.exact_depth.read_into(stored)
-        reach = np.empty((height, width, 4), np.uint8)
-        self.geometry.reach.read_into(reach)
-        self._smoother.smooth(rgba, reach, stored)
         return RenderBuffers(
-            rgb=cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB),
+            rgb=self._read_color(stored) if color else NO_COLOR,
             depth=np.divide(np.float32(NEAR), stored, out=np.zeros_like(stored), where=stored > 0),
             instance_mask=instance_mask,
             normals=self._read_normals() if normals else None,
@@ -67,6 +62,14 @@ class ImageTargets:
         """Free the device memory."""
         for item in (self.film, self.geometry, self.color, self.normals, self._color_texture, self._normal_texture):
             item.release()
+
+    def _read_color(self, stored: np.ndarray) -> np.ndarray:
+        width, height = self.size
+        rgba, reach = np.empty((height, width, 4), np.uint8), np.empty((height, width, 4), np.uint8)
+        self._color_texture.read_into(rgba)
+        self.geometry.reach.read_into(reach)
+        self._smoother.smooth(rgba, reach, stored)
+        return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB)
 
     def _read_normals(self) -> np.ndarray:
         width, height = self.size
@@ -115,10 +118,10 @@ class RasterRenderer(ClosingRenderer):
     @property
     def capabilities(self) -> Capabilities:
         """All products; the light of other surfaces is approximated."""
-        return Capabilities(max_lights=MAX_LIGHTS)
+        return Capabilities(max_lights=MAX_LIGHTS, without_color=True)
 
     def load(self, scene: SceneSpec) -> None:
-        """Upload ``scene`` and gather its indirect light, but for what did not change since the scene before."""
+        """Upload ``scene``, but for what did not change since the scene before; its light follows with a colour."""
         with still_open(self._context) as context:
             before = self._scene
             if before is None or not before.holds_what(scene):
@@ -129,21 +132,24 @@ class RasterRenderer(ClosingRenderer):
             if before is not None:
                 before.release(self._scene)
 
-    def render(self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False) -> RenderBuffers:
-        """Render the loaded scene."""
+    def render(
+        self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False, color: bool = True
+    ) -> RenderBuffers:
+        """Render the loaded scene; light and shadows are prepared when the first colours are drawn."""
         require_view(camera, T_world_camera)
         with still_open(self._context) as context:
             scene, targets = loaded(self._scene), self._targets_for(context, camera)
-            lighting, batches = scene.lighting(T_world_camera), scene.batches
+            batches = scene.batches
             table = scene.table.subset(scene.objects.in_view(camera, T_world_camera))
             records = placed_records(table, T_world_camera)
             self._geometry.draw(targets.geometry, camera, table, records, batches, scene.materials)
-            self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, lighting)
-            depth = targets.geometry.depth
-            self._film.draw(targets.film, depth, camera, T_world_camera, table, records, batches, lighting)
+            if color:
+                lighting, depth = scene.lighting(T_world_camera), targets.geometry.depth
+                self._shading.shade(targets.color, targets.geometry, camera, T_world_camera, lighting)
+                self._film.draw(targets.film, depth, camera, T_world_camera, table, records, batches, lighting)
             if normals:
                 self._shading.render_normals(targets.normals, targets.geometry)
-            buffers = targets.read(normals)
+            buffers = targets.read(normals, color)
             error = context.error  # reading it clears it
             if error != "GL_NO_ERROR":
                 raise RenderError(

@@ -38,7 +38,6 @@ class LoadedScene:
 
     Raises:
         RenderError: The scene names a texture that is not shipped, or too many materials.
-        MissingPackageError: Embree is not installed.
     """
 
     def __init__(
@@ -51,7 +50,7 @@ class LoadedScene:
         meshes: MeshLibrary,
         before: "LoadedScene | None" = None,
     ) -> None:
-        self._spec, self._shadows = spec, shadows
+        self._context, self._spec, self._shadows = context, spec, shadows
         change = SceneChange.between(None if before is None else before._spec, spec)
         if before is None or change.emission or change.objects:
             self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed_materials(spec))
@@ -66,18 +65,10 @@ class LoadedScene:
         else:
             self.table, self.objects = shown.table, shown.objects
             self._rendered, self._tiles = shown._rendered, shown._tiles
-        if shown is None or change.area:
-            grid = lay_grid(spec)
-            self._gatherer = LightGatherer(grid)
-        else:
-            self._gatherer = shown._gatherer
-        if shown is None or change.lights or self._gatherer is not shown._gatherer:
-            field = self._gatherer.field(spec.lights, spec.ambient)
-            self._field = FieldTexture(context, field)
-        else:
-            self._field = shown._field
-        own = distributions_of(spec.lights)
-        self._distributions = DistributionTexture(context, own) if own else None
+        same_area = None if shown is None or change.area else shown
+        self._gatherer = None if same_area is None else same_area._gatherer
+        self._field = None if same_area is None or change.lights else same_area._field
+        self._distributions: DistributionTexture | None = None
         self.batches: list[MeshBatch] = meshes.require(self.table.meshes) if shown is None else shown.batches
 
     def holds_what(self, other: SceneSpec) -> bool:
@@ -89,8 +80,13 @@ class LoadedScene:
     def lighting(self, T_world_camera: Transform) -> Lighting:
         """Return what decides how bright surfaces are in a view.
 
-        Shadow maps are rendered for the first view, and again only where a scene has more than ``MAX_LIGHTS`` lights.
+        Shadow maps are rendered, and the light that surfaces send each other is gathered, for the first view; maps
+        again only where a scene has more than ``MAX_LIGHTS`` lights.
+
+        Raises:
+            MissingPackageError: Embree is not installed.
         """
+        field = self._field_of_light()
         place = point_ahead(T_world_camera)
         kept = strongest_lights(self._spec.lights, MAX_LIGHTS, place)
         casting = [light for light in kept if light.kind == "spot" and light.casts_shadow]
@@ -106,12 +102,22 @@ class LoadedScene:
             lights,
             self._shadows,
             self.materials,
-            self._field,
+            field,
             self._spec.ambient,
             self._spec.exposure,
             self._distributions,
             self.materials.retroreflectors and _beside(kept, T_world_camera),
         )
+
+    def _field_of_light(self) -> FieldTexture:
+        """Return the indirect light, and have the luminaires' distributions ready."""
+        lights = self._spec.lights
+        if self._distributions is None and (own := distributions_of(lights)):
+            self._distributions = DistributionTexture(self._context, own)
+        if self._field is None:
+            self._gatherer = self._gatherer or LightGatherer(lay_grid(self._spec))
+            self._field = FieldTexture(self._context, self._gatherer.field(lights, self._spec.ambient))
+        return self._field
 
     def _layer(self, light: Light) -> int | None:
         return None if self._distributions is None else self._distributions.layer(light)
@@ -120,7 +126,7 @@ class LoadedScene:
         """Free the device memory, but for what ``after`` goes on using; meshes stay in their library."""
         if after is None or after.materials is not self.materials:
             self.materials.release()
-        if after is None or after._field is not self._field:
+        if self._field is not None and (after is None or after._field is not self._field):
             self._field.release()
         if self._distributions is not None:
             self._distributions.release()

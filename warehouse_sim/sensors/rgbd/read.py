@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from warehouse_sim.schema import RenderBuffers, RgbdReading
+from warehouse_sim.schema import NO_COLOR, RenderBuffers, RgbdReading
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color import ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import DepthModel, QuadraticDepth, read_depth_model
@@ -33,10 +33,12 @@ class RgbdConfig:
         surfaces = view.surfaces(T_world_camera, depth.needs_reflections) if depth.needs_surfaces else None
         film = view.film_before(T_world_camera) if depth.sees_film else None
         capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces, film)
-        return read_rgbd(buffers, capture, self, rng)
+        return read_rgbd(buffers, capture, self, rng, view.color)
 
 
-def read_rgbd(buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng: np.random.Generator) -> RgbdReading:
+def read_rgbd(
+    buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng: np.random.Generator, color: bool = True
+) -> RgbdReading:
     """Return what a camera reads of a clean rendering.
 
     Depth and colour have random streams of their own, both made from ``rng``: settings of one never change the other.
@@ -46,9 +48,10 @@ def read_rgbd(buffers: RenderBuffers, capture: Capture, config: RgbdConfig, rng:
         capture: How the image is taken.
         config: The camera's noise.
         rng: Source of all errors.
+        color: Whether the image is wanted; without it depth is the same.
     """
     depth_rng, color_rng = rng.spawn(2)
     return RgbdReading(
-        rgb=read_color(buffers, capture, config.color, color_rng),
+        rgb=read_color(buffers, capture, config.color, color_rng) if color else NO_COLOR,
         depth=config.depth.read(buffers, capture, depth_rng),
     )

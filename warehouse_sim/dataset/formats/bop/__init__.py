@@ -8,6 +8,7 @@ from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.schema.outputs import CODINGS
 
 
 class BopFormat(BuiltIn):
@@ -39,6 +40,6 @@ FORMAT = BopFormat(
     checks_at="warehouse_sim.dataset.formats.bop.checks:CHECKS",
     writer_at="warehouse_sim.dataset.formats.bop.writer:BopWriter",
     needs=("poses",),
-    holds=("rgb", "depth", "masks", "amodal_masks", "poses", "clean"),
+    holds=("rgb", "depth", "masks", "amodal_masks", "poses", "clean", *CODINGS),
     third_party_checks_at="warehouse_sim.dataset.formats.bop.checks.third_party:THIRD_PARTY_CHECKS",
 )

@@ -19,14 +19,20 @@ def image_kinds(contents: Contents) -> list[str]:
     return [kind for kind, output in _IMAGES.items() if output in contents.outputs]
 
 
+def exact_kinds(contents: Contents) -> list[str]:
+    """Return the folders of a scene's images of exact data, which shards have no place for."""
+    return list(contents.codings)
+
+
 def mask_kinds(contents: Contents) -> list[str]:
     """Return the folders of a scene's masks, of those that the dataset holds."""
     return [kind for kind, output in _MASKS.items() if output in contents.outputs]
 
 
 def table_names(contents: Contents) -> list[str]:
-    """Return the names of a scene's tables: that of COCO is one of visible masks."""
-    return ["camera", "gt", "gt_info", *(["gt_coco"] if "masks" in contents.outputs else [])]
+    """Return the names of a scene's tables: that of COCO is one of visible masks, another names values of classes."""
+    given: dict[str, Output] = {"gt_coco": "masks", "class_mask": "class_mask"}
+    return ["camera", "gt", "gt_info", *(name for name, output in given.items() if output in contents.outputs)]
 
 
 @dataclass(frozen=True)
@@ -64,11 +70,11 @@ class BopSceneLayout:
     root: Path
 
     def table(self, name: str) -> Path:
-        """Return one of the scene's JSON tables: camera, gt, gt_info or gt_coco."""
+        """Return one of the scene's JSON tables: camera, gt, gt_info, gt_coco or class_mask."""
         return self.root / f"scene_{name}.json"
 
     def image(self, kind: str, image_id: int) -> Path:
-        """Return the file of an image: rgb, depth, or rgb_clean and depth_clean without errors of a sensor."""
+        """Return the file of an image by its kind, see ``image_kinds`` and ``exact_kinds``."""
         return self.root / kind / f"{image_id:06d}.png"
 
     def mask(self, kind: str, image_id: int, gt_index: int) -> Path:

@@ -4,13 +4,15 @@ from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Bool, Float32, UInt8, UInt16
 
 from warehouse_sim.dataset.files.checksums import require_checksum
+from warehouse_sim.dataset.files.dense_images import decode_coordinates, decode_normals
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_mask, decode_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import PIXELS, take
 from warehouse_sim.dataset.files.ply import read_ply
+from warehouse_sim.dataset.formats.bop.exact_images import read_class_table, require_known_values
 from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.tables import read_bop_scene
 from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size
@@ -107,6 +109,32 @@ class BopReader(OwnReader):
     def rgb_file(self, image: ImageRecord) -> Path | None:
         """Return the PNG of the colour image; None where it was left out."""
         return self._scene(image).image("rgb", image.image_id) if "rgb" in self._manifest.contents.outputs else None
+
+    def normals(self, image: ImageRecord) -> Float32[np.ndarray, "h w 3"]:
+        """Read the unit normals of surfaces in the camera frame, zeros where there is nothing."""
+        found = decode_normals(self._exact(image, "normals"))
+        return require_size(found, image, "normals")
+
+    def object_coordinates(self, image: ImageRecord) -> Float32[np.ndarray, "h w 3"]:
+        """Read where visible target pixels lie in the boxes of their objects: 0-1 along each edge, NaN elsewhere."""
+        found = decode_coordinates(self._exact(image, "object_coordinates"))
+        return require_size(found, image, "object_coordinates")
+
+    def class_mask(self, image: ImageRecord) -> UInt16[np.ndarray, "h w"]:
+        """Read what each pixel shows, as a value of ``mask_classes``; 0 = nothing."""
+        path = self._exact(image, "class_mask")
+        found = require_size(decode_depth(path), image, "class_mask")
+        require_known_values(found, self.mask_classes(image), str(path))
+        return found
+
+    def mask_classes(self, image: ImageRecord) -> dict[int, str]:
+        """Return the class that each value of a class mask stands for."""
+        self._require("class_mask")
+        return read_class_table(self._scene(image).table("class_mask"))
+
+    def _exact(self, image: ImageRecord, kind: Output) -> Path:
+        self._require(kind)
+        return self._scene(image).image(kind, image.image_id)
 
     def _read(self, split: str) -> list[ImageRecord]:
         size = camera_size_wh(self._bop)

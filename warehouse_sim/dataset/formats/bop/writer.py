@@ -11,6 +11,7 @@ from typing import Any
 
 from warehouse_sim.dataset.files.json_file import read_table, write_json
 from warehouse_sim.dataset.files.plain import lens_row
+from warehouse_sim.dataset.formats.bop.exact_images import ClassTable, exact_files
 from warehouse_sim.dataset.formats.bop.labels import (
     DEPTH_SCALE,
     camera_row,
@@ -19,7 +20,14 @@ from warehouse_sim.dataset.formats.bop.labels import (
     pose_row,
     visibility_row,
 )
-from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout, image_kinds, mask_kinds
+from warehouse_sim.dataset.formats.bop.layout import (
+    BopLayout,
+    BopSceneLayout,
+    bop_layout,
+    exact_kinds,
+    image_kinds,
+    mask_kinds,
+)
 from warehouse_sim.dataset.formats.bop.models import write_models
 from warehouse_sim.dataset.formats.observation_files import (
     VISIBLE_ENOUGH,
@@ -58,6 +66,9 @@ Synthetic warehouse scenes made by warehouse-sim; how to make them again is in .
 _CLEAN_INFO = """\
 - rgb_clean/ and depth_clean/ (our own) hold what rgb/ and depth/ would be without errors of the camera; a clean depth
   that does not fit into 16 bits is 0.
+"""
+_EXACT_INFO = """\
+- {name}/ (our own), 16-bit PNG: {coding}.
 """
 _LEFT_OUT_INFO = """\
 - Not stored, since the recipe does not want it: {names}. scene_gt_info.json is complete all the same.
@@ -137,13 +148,16 @@ class BopWriter(WriterBase):
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the meshes, the sensor defaults and the description."""
-        write_preface(self._layout.root, self._manifest, models, camera)
+        codings = self._manifest.contents.codings
+        extra = "".join(_EXACT_INFO.format(name=name, coding=coding) for name, coding in codings.items())
+        write_preface(self._layout.root, self._manifest, models, camera, extra)
 
     def scene(self, scene: SceneSpec) -> "BopSceneWriter":
         """Open a scene again."""
         layout = self._layout.scene(self._manifest.split_of(scene.scene_index), scene.scene_index)
         remove_folder(layout.root)
-        return BopSceneWriter(layout, self._objects, self._manifest.contents)
+        classes = ClassTable(scene.model_of(item).class_name for item in scene.instances)
+        return BopSceneWriter(layout, self._objects, self._manifest.contents, classes)
 
     def finish(self) -> None:
         """Write the targets of the test split."""
@@ -171,11 +185,15 @@ _MASK_FILES: dict[str, Callable[[LabelledTarget], SharedFile]] = {
 class BopSceneWriter(SceneWriterBase):
     """Write one scene: its images as they come, then its tables."""
 
-    def __init__(self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], contents: Contents) -> None:
+    def __init__(
+        self, layout: BopSceneLayout, objects: dict[int, ObjectInfo], contents: Contents, classes: ClassTable
+    ) -> None:
         self._layout, self._objects, self._has_masks = layout, objects, "masks" in contents.outputs
         self._images_of, self._masks_of = image_kinds(contents), mask_kinds(contents)
+        self._classes, files = classes, exact_files(classes)
+        self._exact = {kind: files[kind] for kind in exact_kinds(contents)}
         make_folder(layout.root)
-        for name in (*self._images_of, *self._masks_of):
+        for name in (*self._images_of, *self._exact, *self._masks_of):
             make_folder(layout.root / name)
         self._cameras: dict[int, dict[str, Any]] = {}
         self._poses: dict[int, list[dict[str, Any]]] = {}
@@ -194,6 +212,8 @@ class BopSceneWriter(SceneWriterBase):
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
         for kind in self._images_of:
             _IMAGE_FILES[kind](files).save(self._layout.image(kind, image_id))
+        for kind, encode in self._exact.items():
+            write_bytes(self._layout.image(kind, image_id), encode(observation))
         for gt_index, target in enumerate(files.targets):
             require_known(target.annotation.obj_id, self._objects, where)
             for kind in self._masks_of:
@@ -210,6 +230,8 @@ class BopSceneWriter(SceneWriterBase):
         write_json(self._layout.table("camera"), self._cameras)
         write_json(self._layout.table("gt"), self._poses)
         write_json(self._layout.table("gt_info"), self._infos)
+        if "class_mask" in self._exact:
+            write_json(self._layout.table("class_mask"), self._classes.rows)
         if not self._has_masks:
             return
         categories = [

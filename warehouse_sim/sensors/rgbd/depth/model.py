@@ -27,6 +27,8 @@ class DepthModel(ABC):
     """Value of ``model`` in a recipe."""
     needs_normals: ClassVar[bool] = False
     """Whether ``RenderBuffers.normals`` must be filled."""
+    needs_color: ClassVar[bool] = True
+    """Whether ``RenderBuffers.rgb`` must be filled."""
     needs_surfaces: ClassVar[bool] = False
     """Whether ``Capture.surfaces`` must be filled."""
 
@@ -81,6 +83,8 @@ class DepthModel(ABC):
         """
         if self.needs_normals and buffers.normals is None:
             raise ValueError(f"the depth model {self.kind!r} needs the normals of the rendering; render with normals")
+        if self.needs_color and not buffers.rgb.size:
+            raise ValueError(f"the depth model {self.kind!r} needs the colours of the rendering; render with color")
         if self.needs_surfaces and capture.surfaces is None:
             raise ValueError(f"the depth model {self.kind!r} needs the materials of the pixels; see see_surfaces")
         if self.needs_reflections and (capture.surfaces is None or capture.surfaces.reflected is None):

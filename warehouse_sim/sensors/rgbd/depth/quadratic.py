@@ -17,6 +17,7 @@ class IdealDepth(DepthModel):
     """A camera without errors."""
 
     kind: ClassVar[str] = "ideal"
+    needs_color: ClassVar[bool] = False
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the clean depth (m)."""
@@ -32,6 +33,7 @@ class QuadraticDepth(DepthModel):
     """
 
     kind: ClassVar[str] = "quadratic"
+    needs_color: ClassVar[bool] = False
 
     sigma_base: Annotated[float, Range(0, 10, "m")] = 0.001
     """Standard deviation of depth that does not grow with distance (m), 0-10."""

@@ -13,7 +13,14 @@ from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_recor
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import read_lens, take, take_if_given, take_numbers
-from warehouse_sim.dataset.formats.bop.layout import BopLayout, bop_layout, image_kinds, mask_kinds, table_names
+from warehouse_sim.dataset.formats.bop.layout import (
+    BopLayout,
+    bop_layout,
+    exact_kinds,
+    image_kinds,
+    mask_kinds,
+    table_names,
+)
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
@@ -113,7 +120,7 @@ def files(subject: Subject) -> Findings:
     images = {f"{index:06d}.png" for index in range(subject.manifest.observations_per_scene)}
     contents = subject.manifest.contents
     tables = {f"scene_{name}.json" for name in table_names(contents)}
-    channels, kinds = image_kinds(contents), mask_kinds(contents)
+    channels, kinds = [*image_kinds(contents), *exact_kinds(contents)], mask_kinds(contents)
     for split, scene in subject.scenes():
         layout = bop_layout(subject.root).scene(split, scene)
         compare_names(findings, layout.root, {*channels, *kinds} | tables)

@@ -42,6 +42,7 @@ class TimeOfFlight(DepthModel):
 
     kind: ClassVar[str] = "time_of_flight"
     needs_normals: ClassVar[bool] = True
+    needs_color: ClassVar[bool] = False
     needs_surfaces: ClassVar[bool] = True
 
     min_range: Annotated[float, Range(0, 500, "m")] = 0.1

@@ -44,6 +44,7 @@ class StructuredLight(DepthModel):
 
     kind: ClassVar[str] = "structured_light"
     needs_normals: ClassVar[bool] = True
+    needs_color: ClassVar[bool] = False
     needs_surfaces: ClassVar[bool] = True
 
     min_range: Annotated[float, Range(0, 500, "m")] = 0.8
