@@ -1,0 +1,116 @@
+"""Statistics of images beside photographs, at 640 px width: detail, colour, light.
+
+python -m benchmarks.look [--photographs DIR ...] [--only selective_rack] [--write]
+
+Images are those of ``benchmarks.front_ends.layouts``, 24 a layout. Nothing is fitted to photographs; they stand beside.
+"""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import tyro
+from jaxtyping import Float, UInt8
+
+from benchmarks.estimators.data import made
+from benchmarks.front_ends.layouts import FOLDER, LAYOUTS, data
+from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from warehouse_sim.dataset.reader import DatasetReader
+
+_WIDTH, _IMAGES = 640, 24
+_CANNY = (60, 150)
+_BINS = np.linspace(0.02, 0.4, 30)
+"""Edges of 29 bins of spatial frequency (cycles a pixel)."""
+_PHOTOGRAPHS = (".jpg", ".jpeg", ".png")
+
+
+def main(
+    photographs: tuple[Path, ...] = (), only: tuple[str, ...] = (), folder: Path = FOLDER, write: bool = False
+) -> None:
+    """Measure and print.
+
+    Args:
+        photographs: Folders of photographs to put beside.
+        only: Layouts; all by default.
+        folder: Where the layouts' data are kept.
+        write: Store the rows of layouts.
+    """
+    rows = []
+    for layout in only or LAYOUTS:
+        reader = DatasetReader(made(data(layout), folder))
+        images = reader.images("test")
+        rows.append(
+            {"name": layout, **statistics(reader.rgb(image) for image in images[:: max(1, len(images) // _IMAGES)])}
+        )
+    for place in photographs:
+        print(rounded({"name": place.name, **statistics(_read(place))}))
+    for row in rounded(rows):
+        print(row)
+    if write:
+        write_result(
+            RESULTS / "look.json",
+            "python -m benchmarks.look --write",
+            beside_stored(RESULTS / "look.json", rounded(rows)),
+        )
+
+
+def statistics(images: Iterable[UInt8[np.ndarray, "h w 3"]]) -> dict[str, Any]:
+    """Return means over images (RGB): ``value`` the slope of the spectrum, edge density, saturation, L*."""
+    found = [_of_one(image) for image in images]
+    means = {name: float(np.mean([item[name] for item in found])) for name in found[0]}
+    dark = float(np.mean([item["lightness"] < 35.0 for item in found]))
+    return {"value": means.pop("slope"), "n": len(found), **means, "darker_than_35": dark}
+
+
+def _of_one(image: UInt8[np.ndarray, "h w 3"]) -> dict[str, float]:
+    height, width, _ = image.shape
+    scaled = cv2.resize(image, (_WIDTH, round(height * _WIDTH / width)), interpolation=cv2.INTER_AREA)
+    grey = cv2.cvtColor(scaled, cv2.COLOR_RGB2GRAY)
+    saturation = cv2.cvtColor(scaled, cv2.COLOR_RGB2HSV)[..., 1] / 255.0
+    lab = cv2.cvtColor(scaled.astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB)
+    return {
+        "slope": spectrum_slope(grey),
+        "edges": edge_density(grey),
+        "saturation": float(saturation.mean()),
+        "saturation_p95": float(np.percentile(saturation, 95)),
+        "lightness": float(lab[..., 0].mean()),
+        "median_a": float(np.median(lab[..., 1])),
+        "median_b": float(np.median(lab[..., 2])),
+    }
+
+
+def edge_density(grey: UInt8[np.ndarray, "h w"]) -> float:
+    """Return the fraction of pixels that Canny's detector takes for edges."""
+    return float((cv2.Canny(grey, *_CANNY) > 0).mean())
+
+
+def spectrum_slope(grey: UInt8[np.ndarray, "h w"] | Float[np.ndarray, "h w"]) -> float:
+    """Return a of a power spectrum f^-a: a line through 29 linear bins, log over log, of the largest square.
+
+    The square is the upper left one, without its mean, under a Hann window.
+    """
+    side = min(grey.shape)
+    square = grey[:side, :side].astype(float)
+    window = np.hanning(side)
+    power = np.abs(np.fft.fft2((square - square.mean()) * window[:, None] * window)) ** 2
+    axis = np.fft.fftfreq(side)
+    frequency = np.hypot(axis[:, None], axis)
+    place = np.digitize(frequency.ravel(), _BINS)
+    means = [power.ravel()[place == number].mean() for number in range(1, len(_BINS))]
+    middles = (_BINS[1:] + _BINS[:-1]) / 2.0
+    return -float(np.polyfit(np.log(middles), np.log(means), 1)[0])
+
+
+def _read(folder: Path) -> Iterable[UInt8[np.ndarray, "h w 3"]]:
+    paths: Sequence[Path] = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _PHOTOGRAPHS)
+    for path in paths:
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        if image is None:
+            raise SystemExit(f"{path} is no image")
+        yield cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
