@@ -190,3 +190,17 @@ def test_hostile_label_files_are_rejected(images_root: Path, tmp_path: Path, lin
     (tmp_path / f"{image.scene_id:06d}_{image.image_id:06d}.txt").write_text(line)
     with pytest.raises(DatasetError, match="line 1"):
         read_labels(tmp_path, reader, "train")
+
+
+def test_a_class_that_the_dataset_lacks_is_read_back_as_it_was_found(toy_root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(toy_root)
+    image = reader.images("test")[0]
+    found = [
+        FoundObject(image.scene_id, image.image_id, 0.5, name, edges=(1.0, 2.0, 30.0, 20.0))
+        for name in ("pallet_face", "pallet")
+    ]
+    write_results(tmp_path / "found.json", found, reader)
+    assert [item.class_name for item in read_results(tmp_path / "found.json", reader, "test")] == [
+        "pallet_face",
+        "pallet",
+    ]

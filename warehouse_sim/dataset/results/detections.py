@@ -28,7 +28,7 @@ from warehouse_sim.dataset.files.run_lengths import compressed, mask_of_runs, ru
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import make_folder, write_bytes
-from warehouse_sim.schema.classes import numbered
+from warehouse_sim.schema.classes import CLASS_NUMBERS, class_number, numbered
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +77,13 @@ def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReade
         DatasetError: A detection has neither a box nor a mask.
         OutputError: The file cannot be written.
     """
-    numbers, names = numbered(_class_names(reader)), _class_of(reader)
+    names = _class_of(reader)
     images, rows = ImageNumbers(reader, ()), list[dict[str, Any]]()
     for item in found:
         class_name = item.class_name or names.get(str(item.model), "")
         row: dict[str, Any] = {
             "image_id": images.number(item.scene_id, item.image_id),
-            "category_id": numbers.get(class_name, 0),
+            "category_id": class_number(class_name) if class_name else 0,
             "bbox": _bbox(item),
             "score": item.score,
             "scene": item.scene_id,
@@ -110,7 +110,8 @@ def read_results(path: Path, reader: DatasetReader, split: str) -> list[FoundObj
     elsewhere = {
         (item.scene_id, item.image_id) for other in reader.splits if other != split for item in reader.images(other)
     }
-    classes = {number: name for name, number in numbered(_class_names(reader)).items()}
+    # What a detector knows beside the dataset's classes is read, and is right nowhere.
+    classes = {number: name for name, number in numbered(_class_names(reader) | CLASS_NUMBERS.keys()).items()}
     found = list[FoundObject]()
     for index, row in enumerate(rows):
         item = _read_row(row, f"{path}: row {index}", reader, images, classes, elsewhere)
@@ -140,7 +141,7 @@ def _read_row(
         raise DatasetError(f"{where}: object must be a name or a number of the dataset")
     class_name = classes.get(category, "") if scene is None else ""
     if model is None and not class_name:
-        known = ", ".join(f"{number} {name}" for number, name in classes.items())
+        known = ", ".join(f"{number} {name}" for name, number in numbered(_class_names(reader)).items())
         raise DatasetError(f"{where}: category_id {category} is no class of {reader.root}; it has: {known}")
     if isinstance(model, int) and model not in reader.objects:
         raise DatasetError(f"{where}: {reader.root} has no object {model}")
