@@ -276,6 +276,15 @@ def test_other_formats_say_that_they_have_no_place(shared: Shared) -> None:
         plan_dataset(recipe, GenerateConfig(formats=("bop", "kitti")))
 
 
+def test_shards_of_other_outputs_are_not(shared: Shared, tmp_path: Path) -> None:
+    parts = [tmp_path / f"part{i}" for i in range(2)]
+    for number, (part, more) in enumerate(zip(parts, ((), ("normals",)), strict=True)):
+        recipe = wanting(shared, "poses", *more)
+        generate(recipe, part, GenerateConfig(scenes=2, seed=SEED, formats=("bop",), shard=Shard(number, 2)))
+    with pytest.raises(DatasetError, match="holds other outputs: poses, normals where .* holds poses; make it again"):
+        merge(parts, tmp_path / "whole")
+
+
 def test_shards_are_put_together(root: Path, shared: Shared, tmp_path: Path) -> None:
     recipe = wanting(shared, "default", "clean", *EXACT)
     parts = [tmp_path / f"part{i}" for i in range(2)]
