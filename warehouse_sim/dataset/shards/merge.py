@@ -113,7 +113,8 @@ def _read(part: Path, skip_failed: bool) -> tuple[Shard, Manifest]:
 def _require_same(one: Manifest, other: Manifest, where_one: Path, where: Path) -> None:
     if (wanted := in_words(one.contents.outputs)) != (found := in_words(other.contents.outputs)):
         raise DatasetError(
-            f"{where}: holds other outputs: {found} where {where_one} holds {wanted}; make it again with the same --outputs"
+            f"{where}: holds other outputs: {found} where {where_one} holds {wanted}; "
+            "make it again with the same --outputs"
         )
     before, now = to_mapping(one), to_mapping(other)
     different = [key for key in now if before[key] != now[key]]
