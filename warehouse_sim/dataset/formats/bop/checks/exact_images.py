@@ -81,5 +81,6 @@ def _coordinates(findings: Findings, subject: Subject, reader: BopReader, image:
         # What is cut off at the box's faces is a whole face of what bulges: only what lies inside is held to it.
         inside = ((coordinates[shown] > 0.0) & (coordinates[shown] < 1.0)).all(axis=1)
         findings.require(
-            np.count_nonzero(off & inside) <= _BESIDE * len(off), f"{where}: target {target.gt_index}: lies elsewhere"
+            bool(np.count_nonzero(off & inside) <= _BESIDE * len(off)),
+            f"{where}: target {target.gt_index}: lies elsewhere",
         )
