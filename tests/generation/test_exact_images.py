@@ -12,6 +12,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 import warehouse_sim as ws
 from tests.shared import Shared, hashes
+from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.shards.merge import merge
@@ -22,6 +23,7 @@ from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, changed, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.generation.verify import fraction_off
 from warehouse_sim.schema import SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -274,6 +276,37 @@ def test_other_formats_say_that_they_have_no_place(shared: Shared) -> None:
                 plan_dataset(recipe, GenerateConfig(formats=(other,)))
             assert "\n" not in str(one.value)
         plan_dataset(recipe, GenerateConfig(formats=("bop", "kitti")))
+
+
+def test_conversion_leaves_them_behind_and_says_so(root: Path, tmp_path: Path) -> None:
+    manifest = convert(root, tmp_path / "coco", ("coco",))
+    assert manifest.contents.codings == {}
+    assert manifest.recipe["sensors"]["outputs"] == ["default", "clean"]
+    assert [check.detail for check in validate(tmp_path / "coco") if not check.ok] == []
+    with pytest.raises(DatasetError, match="holds no normals; generate it with --outputs"):
+        DatasetReader(tmp_path / "coco").normals(DatasetReader(tmp_path / "coco").images("train")[0])
+
+
+def test_another_driver_may_move_borders_and_no_class(root: Path, tmp_path: Path) -> None:
+    for kind, nearly, off in (("normals", 900, 1100), ("object_coordinates", 600, 700), ("class_mask", 0, 1)):
+        path = root / f"bop/train/000000/{kind}/000000.png"
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(int)
+        for change, most in ((nearly, 0.0), (off, 1.0)):
+            other = tmp_path / kind / "000000.png"
+            other.parent.mkdir(exist_ok=True)
+            cv2.imwrite(
+                str(other), (image + change * (image < 60000) - change * (image >= 60000)).clip(0).astype(np.uint16)
+            )
+            assert fraction_off(path, other) == most
+
+
+def test_shards_of_other_outputs_are_not(shared: Shared, tmp_path: Path) -> None:
+    parts = [tmp_path / f"part{i}" for i in range(2)]
+    for number, (part, more) in enumerate(zip(parts, ((), ("normals",)), strict=True)):
+        recipe = wanting(shared, "poses", *more)
+        generate(recipe, part, GenerateConfig(scenes=2, seed=SEED, formats=("bop",), shard=Shard(number, 2)))
+    with pytest.raises(DatasetError, match=r"holds other outputs: poses, normals where .* holds poses; make it again"):
+        merge(parts, tmp_path / "whole")
 
 
 def test_shards_are_put_together(root: Path, shared: Shared, tmp_path: Path) -> None:

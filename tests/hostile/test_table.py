@@ -15,6 +15,7 @@ import yaml
 import warehouse_sim as ws
 from tests.shared import Shared
 from warehouse_sim.cli.main import main
+from warehouse_sim.generation.recipe import changed, load_recipe
 
 COMMANDS = yaml.safe_load(Path(__file__).with_name("commands.yaml").read_text(encoding="utf-8"))
 pytestmark = pytest.mark.gl
@@ -30,6 +31,10 @@ def places(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     header, *rows = poses.read_text().splitlines()
     (root / "metres.csv").write_text("\n".join([header, *map(in_metres, rows), ""]))
     files = {"poses": poses, "metres": root / "metres.csv", "old": root / "old.csv", "mine": root / "mine.py"}
+    small = load_recipe(str(shared.small))
+    for name, outputs in (("unmasked", ["poses"]), ("colourless", ["depth", "masks", "poses"])):
+        recipe = changed(small, {"sensors": {"outputs": outputs}})
+        files[name] = shared.dataset(recipe, scenes=3, seed=3, formats=("bop",))
     return {"data": data, **files}
 
 

@@ -114,6 +114,10 @@ class DatasetReader:
         """Whether there are depth images."""
         return has_depth(self._reader)
 
+    def leaves_out(self, output: Output) -> bool:
+        """Return whether the dataset was made without an output that others of its kind hold; no of third parties."""
+        return self.manifest is not None and output in self.manifest.contents.left_out
+
     def images(self, split: str) -> list[ImageRecord]:
         """Return the images of a split, or of all of them (``ALL``), by scene and image id.
 

@@ -16,6 +16,7 @@ from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.schema import CAMERA, LidarScan, MountedReading, ObjectModel, Observation
+from warehouse_sim.schema.outputs import Output
 
 
 def as_stored(observation: Observation) -> Observation:
@@ -106,6 +107,10 @@ class ObservedDataset(ObservedImage):
     def objects(self) -> dict[int, ObjectInfo]:
         """The CAD geometries of what is labelled, by obj_id."""
         return {number: object_info(model, self.root) for number, model in self._models.items()}
+
+    def leaves_out(self, output: Output) -> bool:
+        """Return whether the output was not made."""
+        return output == "rgb" and not self._files.observation.rgbd.rgb.size
 
     def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
         """Return the mask of a target's whole amodal mask, as far as it lies in the image."""

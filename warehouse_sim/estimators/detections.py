@@ -260,9 +260,12 @@ def open_stages(
 
 
 def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:
-    """Read an image without detections; where the dataset has no depth, nothing has a reading."""
+    """Read an image without detections; where the dataset has no depth, nothing has a reading.
+
+    Without colours there are none, and who needs them says so.
+    """
     if reader.has_depth:
-        return RgbdImage.from_dataset(reader, image, ())
+        return RgbdImage.from_dataset(reader, image, (), rgb=not reader.leaves_out("rgb"))
     nothing = np.zeros((image.camera.height, image.camera.width), dtype=np.float32)
     return RgbdImage(image.camera, nothing, (), reader.rgb(image), image.scene_id, image.image_id)
 

@@ -33,7 +33,7 @@ from warehouse_sim.schema import (
     SceneSpec,
     Viewpoint,
 )
-from warehouse_sim.schema.outputs import Output
+from warehouse_sim.schema.outputs import USUAL, Output
 from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.rig import MountedSensor, RigConfig, SensorChoice
 from warehouse_sim.sensors.view import CleanImages, SensorView
@@ -100,12 +100,12 @@ class Stage:
 
     Args:
         renderer: Renders scenes, which are loaded into it here.
-        rig: Camera, and what is wanted of it.
+        camera: The rig's.
+        wanted: What is to be made.
     """
 
-    def __init__(self, renderer: Renderer, rig: RigConfig) -> None:
-        self._camera = camera = rig.make_camera()
-        self._wanted = rig.wanted
+    def __init__(self, renderer: Renderer, camera: PinholeCamera, wanted: tuple[Output, ...] = USUAL) -> None:
+        self._camera, self._wanted = camera, wanted
         self._renderer = renderer if camera.distortion is None else LensRenderer(renderer)
         self._base: Instruments | None = None
         """Those of the first scene, whose paired variants the others are."""
@@ -114,7 +114,7 @@ class Stage:
         self._loaded: SceneSpec | None = None
 
     def set_up(
-        self, variant: Variant, index: int, viewpoint: Viewpoint, sensors: Mapping[str, MountedSensor]
+        self, variant: Variant, index: int, viewpoint: Viewpoint, sensors: Mapping[str, MountedSensor] | None = None
     ) -> tuple[Moment, SceneChange]:
         """Return the moment of a viewpoint, and what of its scene differs from the first one; at first everything.
 
@@ -122,7 +122,7 @@ class Stage:
             variant: As the viewpoint has it.
             index: Of the viewpoint.
             viewpoint: From where.
-            sensors: What will observe it.
+            sensors: What will observe it; the rig's camera alone by default.
         """
         change = SceneChange.between(None if self._base is None else self._base.scene, variant.scene)
         if self._last is None or self._last.scene is not variant.scene:
@@ -133,7 +133,7 @@ class Stage:
             self._renderer.load(lit)
             self._loaded = lit
         wanted, camera = self._wanted, self._camera
-        color = "rgb" in wanted or any(item.reads_light for name, item in sensors.items() if name != CAMERA)
+        color = "rgb" in wanted or any(item.reads_light for name, item in (sensors or {}).items() if name != CAMERA)
         drawn = color or "clean" in wanted or variant.sensor.rgbd.depth.needs_color
         images = CleanImages(self._renderer, camera, "normals" in wanted, drawn)
         moment = Moment(variant, index, viewpoint, lit, camera, self._renderer, images, self._last, wanted, color)
@@ -166,7 +166,7 @@ def observe_scene(
         ValueError: A level camera is requested, but does not see what the tilted one sees.
     """
     variants = variants or (base_variant(scene, SensorChoice("", rig.rgbd)),)
-    stage = Stage(renderer, rig)
+    stage = Stage(renderer, rig.make_camera(), rig.wanted)
     first: list[tuple[_Unlit, _Unlit | None]] = []
     errors = None
     if rig.calibration is not None:

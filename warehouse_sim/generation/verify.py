@@ -43,6 +43,8 @@ _NUMBER = re.compile(r"-?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _MILLIMETRES = 1000.0
 _CODES_PER_M = {"depth_2": 256.0, "depth_clean_2": 256.0}
 """KITTI's unit of depth; all others store millimetres."""
+_CODES_OFF = {"normals": 1000.0, "object_coordinates": 650.0, "class_mask": 0.0}
+"""Images of exact data -> how far codes of 16 bits may differ: 1.7 deg, 1 % of a box, not at all."""
 _READINGS = ("depth", "depth_2")
 """Folders of what a depth camera has read; ground truth and disparities take no step."""
 _SAMPLED_TEXT = ("scene_gt_info.json", "label_2/", "label_2_ids/")
@@ -90,6 +92,9 @@ def fraction_off(path: Path, other: Path, step: float = 0.0) -> float:
     if one is None or two is None or one.shape != two.shape or one.dtype != two.dtype:
         return 1.0
     difference = np.abs(one.astype(np.float64) - two.astype(np.float64))
+    worst = difference.max(axis=2) if difference.ndim == 3 else difference
+    if (most := _CODES_OFF.get(path.parent.name)) is not None:
+        return float(np.mean(worst > most))
     if one.dtype == np.uint16:
         codes = _CODES_PER_M.get(path.parent.name, _MILLIMETRES)
         metres = one / codes
@@ -97,7 +102,6 @@ def fraction_off(path: Path, other: Path, step: float = 0.0) -> float:
         if path.parent.name in _READINGS:
             limit = np.maximum(limit, step * metres**2)
         return float(np.mean(difference > limit * codes))
-    worst = difference.max(axis=2) if difference.ndim == 3 else difference
     return float(np.mean(worst > COLOR_CODES))
 
 

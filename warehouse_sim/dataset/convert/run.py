@@ -1,7 +1,7 @@
 """Write a dataset that is there in further formats: scene by scene, resumable, images linked and not copied."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -120,9 +120,17 @@ class _Ours:
     formats: Sequence[str]
 
     def __post_init__(self) -> None:
-        contents = replace(self.source.contents, readings={})
+        contents, recipe = replace(self.source.contents, readings={}), self.source.recipe
+        if contents.codings:  # images of exact data stay with the formats that hold them
+            contents, recipe = replace(contents, codings={}), _without(recipe, contents.codings)
         self.manifest = replace(
-            self.source, formats=tuple(self.formats), renderers=(), split_table={}, contents=contents, checksums=""
+            self.source,
+            recipe=recipe,
+            formats=tuple(self.formats),
+            renderers=(),
+            split_table={},
+            contents=contents,
+            checksums="",
         )
         self._images = {
             (image.scene_id, image.image_id): image for split in SPLITS for image in self.reader.images(split)
@@ -139,6 +147,12 @@ class _Ours:
             for number, recorded in enumerate(record.observations)
         )
         store.take_over_scene(scene, found, self.reader.root)
+
+
+def _without(recipe: dict[str, Any], outputs: Iterable[Output]) -> dict[str, Any]:
+    """Return a resolved recipe that does not want these outputs, which it names."""
+    named = [name for name in recipe["sensors"]["outputs"] if name not in set(outputs)]
+    return recipe | {"sensors": recipe["sensors"] | {"outputs": named}}
 
 
 @dataclass

@@ -19,9 +19,9 @@ COORDINATE_FIRST, COORDINATE_STEPS = 1, 65534
 
 def encode_normals(normals: Float32[np.ndarray, "h w 3"]) -> bytes:
     """Return the PNG of unit vectors; zeros, which are no direction, stay zeros."""
-    there = normals.any(axis=2)
+    there = np.any(normals, axis=2, keepdims=True)
     steps = np.rint(np.clip(normals, -1.0, 1.0) * np.float32(NORMAL_STEPS)) + NORMAL_MIDDLE
-    return encode_png((steps * there[..., None]).astype(np.uint16), "up")
+    return encode_png((steps * there).astype(np.uint16), "up")
 
 
 def decode_normals(source: Source) -> Float32[np.ndarray, "h w 3"]:

@@ -13,6 +13,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.one_writer import is_lock, one_writer
 from warehouse_sim.output import is_temporary, link_or_copy, make_folder
+from warehouse_sim.schema.outputs import in_words
 
 ProgressCallback = Callable[[int, int], None]
 """Called with the number of shards that are in place and of all shards."""
@@ -110,6 +111,11 @@ def _read(part: Path, skip_failed: bool) -> tuple[Shard, Manifest]:
 
 
 def _require_same(one: Manifest, other: Manifest, where_one: Path, where: Path) -> None:
+    if (wanted := in_words(one.contents.outputs)) != (found := in_words(other.contents.outputs)):
+        raise DatasetError(
+            f"{where}: holds other outputs: {found} where {where_one} holds {wanted}; "
+            "make it again with the same --outputs"
+        )
     before, now = to_mapping(one), to_mapping(other)
     different = [key for key in now if before[key] != now[key]]
     if different:

@@ -26,7 +26,7 @@ _SPARSE = 0.2
 def dataset_sheet(reader: DatasetReader, images: Sequence[ImageRecord], oddities: Oddities) -> Image:
     """Return two rows an image: boxes of poses, masks with 2D boxes; depth, LiDAR's points where there are any.
 
-    What a dataset does not have has no panel.
+    What a dataset does not have has no panel; without colours labels are drawn on depth.
 
     Args:
         reader: The dataset.
@@ -48,7 +48,7 @@ def _strip(row: list[Image], width: int) -> Image:
 
 def _panels(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> list[Image]:
     try:
-        rgb = reader.rgb(image)
+        rgb = _base(reader, image)
     except DatasetError as problem:
         oddities.note("images that cannot be read", str(problem))
         return [_blank(image, "no image")]
@@ -68,6 +68,19 @@ def _panels(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> li
         draw_caption(cloud, f"LiDAR, {len(sweep.reading.points):,} points")
         panels.append(cloud)
     return panels
+
+
+def _base(reader: DatasetReader, image: ImageRecord) -> Image:
+    """Return what labels are drawn on: the colour image; where it was left out depth, or a dark ground.
+
+    Raises:
+        DatasetError: A file that should be there cannot be read.
+    """
+    if not reader.leaves_out("rgb"):
+        return reader.rgb(image)
+    if not reader.leaves_out("depth"):
+        return colorize_depth(reader.depth(image))
+    return np.full((image.camera.height, image.camera.width, 3), _DARK, np.uint8)
 
 
 def _depth(
@@ -94,7 +107,9 @@ def _depth(
 
 
 def _masks(reader: DatasetReader, image: ImageRecord, oddities: Oddities) -> dict[int, np.ndarray]:
-    found = {}
+    found: dict[int, np.ndarray] = {}
+    if reader.leaves_out("masks"):
+        return found
     for index in (target.gt_index for target in image.targets):
         try:
             mask = reader.mask_visible(image, index)

@@ -75,8 +75,13 @@ def _log_way(rerun: Any, recording: Any, so_far: Sequence[ImageRecord]) -> None:
 
 
 def _log_camera(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
-    """Log colour and depth; Rerun counts pixels from the outer corner of the first, so that the axis moves by half."""
-    camera, depth = image.camera, reader.depth(image)
+    """Log colour and depth as far as the dataset holds them.
+
+    Rerun counts pixels from the outer corner of the first, so that the axis moves by half.
+    """
+    camera = image.camera
+    rgb = None if reader.leaves_out("rgb") else reader.rgb(image)
+    depth = None if reader.leaves_out("depth") else reader.depth(image)
     pinhole = rerun.Pinhole(
         focal_length=[camera.fx, camera.fy],
         principal_point=[camera.cx + 0.5, camera.cy + 0.5],
@@ -84,7 +89,9 @@ def _log_camera(rerun: Any, recording: Any, reader: DatasetReader, image: ImageR
         camera_xyz=rerun.ViewCoordinates.RDF,
         image_plane_distance=0.5,
     )
-    recording.log(_IMAGE, pinhole, rerun.Image(reader.rgb(image)))
+    recording.log(_IMAGE, pinhole, *([] if rgb is None else [rerun.Image(rgb)]))
+    if depth is None:
+        return
     if camera.distortion is None:
         recording.log(f"{_IMAGE}/depth", rerun.DepthImage(depth, meter=1.0))
         return
@@ -92,19 +99,21 @@ def _log_camera(rerun: Any, recording: Any, reader: DatasetReader, image: ImageR
     seen = depth > 0
     points = camera.unproject(depth)[seen].astype(np.float32)
     recording.log("depth", rerun.DepthImage(depth, meter=1.0))
-    recording.log(f"{_CAMERA}/points", rerun.Points3D(points, colors=reader.rgb(image)[seen], radii=0.003))
+    colors = None if rgb is None else rgb[seen]
+    recording.log(f"{_CAMERA}/points", rerun.Points3D(points, colors=colors, radii=0.003))
 
 
 def _log_targets(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
-    """Log masks and boxes of the labelled targets, in colours and under names that stay with the object."""
+    """Log boxes and, if any, masks of the labelled targets, in colours and under names that stay with the object."""
     targets, infos = image.targets, [target.info(reader.objects) for target in image.targets]
     numbers = [_number(target) for target in targets]
-    ids = np.zeros((image.camera.height, image.camera.width), np.uint16)
-    for target, number in zip(targets, numbers, strict=True):
-        ids[reader.mask_visible(image, target.gt_index)] = number
+    if not reader.leaves_out("masks"):
+        ids = np.zeros((image.camera.height, image.camera.width), np.uint16)
+        for target, number in zip(targets, numbers, strict=True):
+            ids[reader.mask_visible(image, target.gt_index)] = number
+        recording.log(f"{_IMAGE}/masks", rerun.SegmentationImage(ids, opacity=0.4))
     colors = colorize_instances(np.array(numbers, np.int64))
     labels = [f"{info.class_name} {number}" for info, number in zip(infos, numbers, strict=True)]
-    recording.log(f"{_IMAGE}/masks", rerun.SegmentationImage(ids, opacity=0.4))
     boxes = np.array([target.box_visible_xyxy for target in targets], float).reshape(-1, 4) + np.array([0, 0, 1, 1])
     recording.log(
         f"{_IMAGE}/boxes",

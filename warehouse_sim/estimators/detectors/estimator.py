@@ -88,7 +88,10 @@ class TrainedDetector(Detector):
         """
         reads = self.run_config.images.reads
         if image.rgb is None and self.reads_rgb:
-            raise InputError(f"{self.run_config.estimator} reads colour, but the image has no rgb")
+            raise InputError(
+                f"{self.run_config.estimator} reads colour, but the image has no rgb; "
+                "datasets have it with rgb among --outputs"
+            )
         box = Letterbox.fit((image.camera.width, image.camera.height), self.run_config.images.input_wh)
         rgb = depth = None
         if image.rgb is not None and self.reads_rgb:

@@ -45,10 +45,21 @@ def frame_with_boxes(data: DatasetReader, image: ImageRecord, width: int) -> Ima
     scale = width / image.camera.width
     height = round(image.camera.height * scale)
     camera = image.camera.crop(0.0, 0.0, width, height, scale)
-    canvas = _resize(data.rgb(image), width, height)
+    canvas = _resize(picture(data, image), width, height)
     for target in image.targets:
         draw_box_3d(canvas, camera, target.T_camera_object, target.info(data.objects).size, GT_COLOR, 1)
     return canvas
+
+
+def picture(data: DatasetReader, image: ImageRecord) -> Image:
+    """Return the colour image; depth in colours where the dataset was made without.
+
+    Raises:
+        DatasetError: It holds neither.
+    """
+    if data.leaves_out("rgb") and data.has_depth:
+        return colorize_depth(data.depth(image))
+    return data.rgb(image)
 
 
 def depth_frame(data: DatasetReader, image: ImageRecord, width: int) -> Image:

@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.evaluation.docking.fork import DockingFace, docking_faces
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
-from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
+from warehouse_sim.evaluation.report.images import close_up, jpeg_uri, picture
 from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell, signed
 from warehouse_sim.evaluation.report.sources import EvaluationSource
 from warehouse_sim.evaluation.scores import WITHOUT_ACCESSIBILITY, WITHOUT_CAD
@@ -135,7 +135,7 @@ def _case_groups(source: EvaluationSource, count: int) -> list[dict[str, Any]]:
             prediction = int(scores.table.prediction[row])
             estimate = scores.estimates[prediction].T_camera_object if prediction >= 0 else None
             info = target.info(data.objects)
-            crop = close_up(data.rgb(image), image.camera, info, target.T_camera_object, estimate)
+            crop = close_up(picture(data, image), image.camera, info, target.T_camera_object, estimate)
             cases.append({"uri": jpeg_uri(crop)} | _case_caption(scores.table, row))
         groups.append({"title": group.title, "cases": cases})
     return groups

@@ -66,8 +66,8 @@ class LoadedScene:
             self.table, self.objects = shown.table, shown.objects
             self._rendered, self._tiles = shown._rendered, shown._tiles
         same_area = None if shown is None or change.area else shown
-        self._gatherer = None if same_area is None else same_area._gatherer
-        self._field = None if same_area is None or change.lights else same_area._field
+        self._gatherer: LightGatherer | None = None if same_area is None else same_area._gatherer
+        self._field: FieldTexture | None = None if same_area is None or change.lights else same_area._field
         self._distributions: DistributionTexture | None = None
         self.batches: list[MeshBatch] = meshes.require(self.table.meshes) if shown is None else shown.batches
 

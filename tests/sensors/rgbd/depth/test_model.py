@@ -6,6 +6,7 @@ import pytest
 from tests.sensors.targets import capture_of, corner
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.schema import NO_COLOR
 from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS, DepthModel
@@ -78,6 +79,8 @@ def test_what_a_model_needs_is_requested_for() -> None:
     bare = Capture(capture_of().camera)
     with pytest.raises(ValueError, match="active_stereo' needs the materials"):
         PRESETS["d435"].read(buffers, bare, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="active_stereo' needs the colours"):
+        PRESETS["d435"].read(replace(buffers, rgb=NO_COLOR), capture_of(), np.random.default_rng(0))
     object.__setattr__(buffers, "normals", None)
     with pytest.raises(ValueError, match="structured_light' needs the normals"):
         PRESETS["kinect_v1"].read(buffers, bare, np.random.default_rng(0))

@@ -105,7 +105,10 @@ class Estimator(Pipeline):
             InputError: A detection is of an object that the estimator does not know, or colour is missing.
         """
         if image.rgb is None and self.reads_rgb:
-            raise InputError(f"{self._runner.config.estimator} reads colour, but the image has no rgb")
+            raise InputError(
+                f"{self._runner.config.estimator} reads colour, but the image has no rgb; "
+                "datasets have it with rgb among --outputs"
+            )
         found = list[Crop]()
         for position, item in enumerate(image.detections):
             numbers = [shape.obj_id for shape in may_be(item, self.objects)]

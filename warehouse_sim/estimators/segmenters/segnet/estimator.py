@@ -99,7 +99,10 @@ class TrainedSegmenter(Segmenter):
             InputError: The image lacks colour, which the segmenter reads.
         """
         if image.rgb is None and self.reads_rgb:
-            raise InputError(f"{self.run_config.estimator} reads colour, but the image has no rgb")
+            raise InputError(
+                f"{self.run_config.estimator} reads colour, but the image has no rgb; "
+                "datasets have it with rgb among --outputs"
+            )
         crop = self.run_config.crop
         windows = tuple(Window.about(box, crop.margin, crop.crop_wh) for box in boxes)
         chances, peaks = list[Tensor](), list[Peaks]()
