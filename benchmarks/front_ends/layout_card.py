@@ -21,10 +21,10 @@ _SHOWN = {
     "segmenter-depth": {"masks AP50, in boxes of detector-depth-warehouses": ("masks", "")},
     "detector-rgb": {"boxes AP50 of whole pallets": ("boxes, RGB", "")},
     "densefusion-depth": {
-        "ADD < 10 % d, from pixels": (_PIXELS, "add_10pct"),
-        "docked, from pixels": (_PIXELS, ""),
-        "docked, ground-truth masks, alone": (_ALONE, ""),
-        "docked, ceiling of the sensor": ("ceiling", ""),
+        "ADD < 10 % d, from pixels": (_PIXELS, ""),
+        "docked, from pixels": (_PIXELS, "docked"),
+        "docked, ground-truth masks, alone": (_ALONE, "docked"),
+        "docked, ceiling of the sensor": ("ceiling", "docked"),
         "ADD < 10 % d, ground-truth masks, alone, to 7 m, 30 % visible": (_ALONE, "add_10pct_near"),
     },
 }
@@ -53,8 +53,8 @@ def write(model: Path, name: str, rows: Sequence[dict[str, Any]]) -> Path:
         _SHOWN[name],
         {(row["layout"], row["method"]): row for row in rows if row["weights"] in ("warehouses", "")},
     )
-    first, key = next(iter(columns.values()))
-    of_first = {layout: _measured(row, key) for (layout, method), row in found.items() if method == first}
+    first, _ = next(iter(columns.values()))
+    of_first = {layout: row for (layout, method), row in found.items() if method == first}
     layouts = sorted(of_first, key=lambda layout: of_first[layout]["value"])
     lines = [
         f"# {model.name}",
@@ -88,15 +88,9 @@ def write(model: Path, name: str, rows: Sequence[dict[str, Any]]) -> Path:
     return path
 
 
-def _measured(row: dict[str, Any], key: str) -> dict[str, Any]:
-    found: dict[str, Any] = row[key] if key else row
-    return found
-
-
 def _cell(row: dict[str, Any] | None, key: str) -> str:
     """Return a cell; "-" where nothing was measured, or where no pallet is evaluated."""
-    measured = _measured(row, key) if row else {"value": None}
-    return percent_cell(None if measured["value"] is None else measured)
+    return percent_cell(None if row is None else row.get(key) if key else row)
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
 
 
 def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
-    """Return the fraction docked of those pallets that a truck can take, and how near the poses are."""
+    """Return the fractions with ADD under a tenth of the diameter, and docked of the pallets that a truck can take."""
     estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
         config = replace(config, detections="+".join(f"{name}{ending}" for name in _FRONT_END))
@@ -135,16 +135,14 @@ def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
     can = table.select(table.dockable)
     near = table.select((table.distance <= _NEAR) & (table.visible_fraction >= _WELL_SEEN))
     return {
-        **_fraction(can.docks(), can),
-        "add_10pct": _fraction(table.add < 0.1 * table.diameter, table),
+        **_fraction(table.add < 0.1 * table.diameter, table),
+        **({"docked": _fraction(can.docks(), can)} if len(can) else {}),
         "add_10pct_near": _fraction(near.add < 0.1 * near.diameter, near),
         "seconds_an_image": scores.seconds_per_image,
     }
 
 
 def _fraction(right: np.ndarray, table: ErrorTable) -> dict[str, Any]:
-    if not len(table):
-        return {"value": None, "n": 0}
     low, high = fraction_interval(right.astype(float), table.scene_id, _RESAMPLES, np.random.default_rng(0))
     return {"value": float(right.mean()), "interval": [low, high], "n": len(table)}
 
