@@ -13,6 +13,8 @@ from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
 
+_LEAST_SCORE = 0.05
+
 
 def detect(
     detector: tyro.conf.Positional[str],
@@ -23,7 +25,7 @@ def detect(
     labels: Path | None = None,
     visible: float = 0.1,
     height_px: float = 8.0,
-    min_score: float = 0.05,
+    min_score: float | None = None,
     overwrite: bool = False,
 ) -> None:
     """Find objects in images; those of a dataset's split are scored against its labels.
@@ -38,15 +40,18 @@ def detect(
         labels: Folder for the same as YOLO's label files, with scores.
         visible: Least visible fraction of what is to be found, 0-1.
         height_px: Least height of what is to be found (px), >= 0.
-        min_score: Detections of lower scores are left out, 0-1; precision over recall wants many.
+        min_score: Detections of lower scores are left out, 0-1; by default below 0.05, for precision over recall wants
+            many, or below 0.25 where a segmenter shares pixels out among them.
         overwrite: Replace the JSON file where there is one.
     """
     require_extra("learn", "to detect")
     if (data is None) == (images is None):
         raise InputError("name either a dataset with --data DIR or photographs with --images DIR")
     require_free(out, overwrite)
-    if not 0.0 <= min_score <= 1.0:
+    if min_score is not None and not 0.0 <= min_score <= 1.0:
         raise InputError(f"--min-score must be 0-1, found {min_score:g}")
+    if min_score is None and "+" not in detector:
+        min_score = _LEAST_SCORE
     if data is None:
         assert images is not None
         if (split, labels, visible, height_px) != ("test", None, 0.1, 8.0):
@@ -81,7 +86,7 @@ def detect(
     finish(out, "predict", "densefusion-depth", "--data", data, *poses)
 
 
-def _photographs(detector: str, images: Path, out: Path, min_score: float) -> None:
+def _photographs(detector: str, images: Path, out: Path, min_score: float | None) -> None:
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.estimators.photographs import find_in_photographs
 
