@@ -98,14 +98,14 @@ def description(model: Path) -> list[str]:
 
 
 def _before(model: Path, name: str) -> str:
-    """Return which weights a training began with, and what these had seen where they are kept beside it."""
-    stage = model / FIRST_STAGE / "result.json"
-    if not stage.is_file():
-        return f"weights of `{name}`"
-    result = json.loads(stage.read_text(encoding="utf-8"))
-    return (
-        f"those of {result['samples']:,} samples in {result['steps']:,} steps, {result['seconds'] / 60:.0f} min before"
-    )
+    """Return which weights a training began with, and what these had seen where their stages are kept beside it."""
+    stages, folder = list[str](), model / FIRST_STAGE
+    while (folder / "result.json").is_file():
+        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        device = str(result["device"]).partition(":")[0]
+        stages.append(f"{result['samples']:,} samples in {result['seconds'] / 60:.0f} min on {device}")
+        folder = folder / FIRST_STAGE
+    return f"stages before it: {'; '.join(stages[::-1])}" if stages else f"weights of `{name}`"
 
 
 def _sources(datasets: Sequence[DatasetSource]) -> str:
