@@ -85,6 +85,10 @@ def test_other_ways_to_write_the_camera(tmp_path: Path) -> None:
     assert image.camera.fy == 31.0
     assert image.T_world_camera[:3, 3].tolist() == [1.0, 2.0, 3.0]
     assert reader.depth(image)[0, 0] == pytest.approx(0.15)
+    # The other file leads the other way: a quarter turn back, and its shift seen from the turned frame.
+    (root / "cam2world.json").rename(root / "cam2root.json")
+    (image,) = DatasetReader(root).images("test")
+    assert image.T_world_camera.tolist() == [[0, 1, 0, -2], [-1, 0, 0, 1], [0, 0, 1, -3], [0, 0, 0, 1]]
 
 
 @pytest.mark.parametrize(

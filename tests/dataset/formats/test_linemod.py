@@ -12,6 +12,7 @@ import yaml
 from tests.dataset.formats.test_external_bop import EDGES, HEIGHT, WIDTH, ascii_ply, place, visible
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
 from warehouse_sim.dataset.formats.linemod.layout import yaml_row
+from warehouse_sim.dataset.formats.reader_base import box_mask
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.validate import validate
@@ -21,6 +22,13 @@ from warehouse_sim.errors import DatasetError
 @pytest.fixture(scope="module")
 def linemod(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_dataset(tmp_path_factory.mktemp("linemod") / "data", make_manifest(formats=("linemod",)))
+
+
+def test_a_mask_made_of_a_box_has_its_last_row_and_column() -> None:
+    mask = box_mask((2.0, 1.0, 5.0, 7.0), CAMERA)
+    assert mask.sum() == (5 - 2 + 1) * (7 - 1 + 1)
+    assert mask[1:8, 2:6].all()
+    assert box_mask((-5.0, -5.0, -3.0, 4.0), CAMERA).sum() == 0
 
 
 def vertices_as_densefusion_reads_them(path: Path) -> np.ndarray:
