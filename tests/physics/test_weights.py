@@ -4,7 +4,7 @@ import pytest
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.convex import area, centroid, shared
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.physics.weights import weights_of
+from warehouse_sim.physics.weights import _second_moments, weights_of
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.schema import SceneSpec
 
@@ -66,3 +66,13 @@ def test_a_column_adds_up_and_what_leans_is_left_out() -> None:
     draft.add(CARTON, make_transform(tilted, np.array([0.0, 0.0, 1.0])), 1)
     scene = SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), (), ("pallet",))
     assert weights_of(scene).carried == {}
+
+
+def test_second_moments_of_a_patch_are_those_of_its_shape() -> None:
+    w, h = 0.3, 0.1
+    rectangle = np.array([[1.0, 2.0], [1.0 + w, 2.0], [1.0 + w, 2.0 + h], [1.0, 2.0 + h]])
+    # About the centroid: w^3 h / 12 along x; of a right triangle w^3 h / 36, with w^2 h^2 / 72 between its axes.
+    np.testing.assert_allclose(_second_moments(rectangle), np.diag([w**3 * h, w * h**3]) / 12.0, rtol=1e-9, atol=1e-12)
+    triangle = np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])
+    expected = np.array([[w**3 * h / 36, -(w**2) * h**2 / 72], [-(w**2) * h**2 / 72, w * h**3 / 36]])
+    np.testing.assert_allclose(_second_moments(triangle), expected, rtol=1e-9, atol=1e-12)
