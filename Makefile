@@ -13,7 +13,7 @@ help:
 	@echo "make test       the test suite (under 15 minutes on 2 cores)"
 	@echo "make test-quick  its tests without OpenGL in the rooms $(QUICK) (under a minute on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
-	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (under an hour on 2 cores)"
+	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (minutes on 2 cores)"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
 	@echo "make package    wheel and sdist into dist/, built and tried"
