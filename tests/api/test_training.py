@@ -1,9 +1,13 @@
+import json
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.processes import descendants
+from tests.shared import Shared
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.training import load_estimator, train
 from warehouse_sim.errors import DatasetError, InputError, WarehouseSimError
@@ -18,6 +22,25 @@ def test_a_trained_run_predicts(data: Dataset, tmp_path: Path) -> None:
     scores = data.evaluate(run)
     assert scores.counts["predictions"] == 6
     assert scores.method == "run"
+
+
+@pytest.mark.parametrize("name", ["densefusion-depth", "detector-depth"])
+def test_a_run_on_a_stream_says_what_it_waited_and_leaves_no_maker(name: str, shared: Shared, tmp_path: Path) -> None:
+    data, before = shared.dataset(shared.small, scenes=8, seed=0, formats=("bop",)), descendants(os.getpid())
+    stream = {"recipe": str(shared.small), "seed": 9, "window": 4, "fresh": 0.5}
+    said: list[str] = []
+    run = train(
+        name, data, tmp_path / "run", max_steps=4, batch=2, validations=1, cache="none", stream=stream,
+        progress=lambda fraction, note: said.append(note),
+    )  # fmt: skip
+    result = json.loads((run / "result.json").read_text())
+    assert result["steps"] == 4
+    assert result["stream_filling_seconds"] > 0.0
+    assert 0.0 <= result["stream_waited_fraction"] < 1.0
+    assert "observation 4 of 4 of the stream's first window" in said
+    assert not any(note.startswith("reading train") for note in said)
+    left = descendants(os.getpid()) - before
+    assert len(left) <= 1  # multiprocessing's own tracker of resources
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,10 @@ import pytest
 import safetensors.torch
 import torch
 
-from tests.processes import descendants, is_alive
+from tests.processes import command_line, descendants, is_alive
+from tests.shared import Shared
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 COMMON = ("--max-minutes", "None", "--max-steps", "60", "--validations", "6", "--precision", "32", "--threads", "1")
 METHODS = {
@@ -21,6 +22,7 @@ METHODS = {
     "detector-depth": ("--batch", "2", "--cache", "none", "--workers", "2"),
     "segmenter-depth": ("--batch", "2", "--cache", "none", "--workers", "2"),
 }
+STREAM = ("--stream.seed", "9", "--stream.window", "4", "--stream.fresh", "0.25")
 
 
 def start(name: str, data: Path, run: Path, *more: str) -> subprocess.Popen:
@@ -43,14 +45,15 @@ def weights(run: Path) -> dict[str, torch.Tensor]:
     return safetensors.torch.load_file(run / "weights.safetensors")
 
 
-@pytest.mark.parametrize("name", METHODS)
-def test_a_killed_training_ends_with_the_same_weights(name: str, toy_root: Path, tmp_path: Path) -> None:
-    whole, part = tmp_path / "whole", tmp_path / "part"
-    finish(start(name, toy_root, whole))
-    killed = start(name, toy_root, part)
+def killed_and_resumed(name: str, data: Path, folder: Path, *more: str) -> int:
+    """Compare a training that is killed at its first checkpoint with one that is not; return its workers' number."""
+    whole, part = folder / "whole", folder / "part"
+    finish(start(name, data, whole, *more))
+    killed = start(name, data, part, *more)
     while not checkpoints(part) and killed.poll() is None:
         time.sleep(0.005)
     started = descendants(killed.pid)
+    workers = [pid for pid in started if "spawn_main" in command_line(pid)]
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
     assert killed.returncode == -signal.SIGKILL  # it was not done yet
@@ -59,9 +62,24 @@ def test_a_killed_training_ends_with_the_same_weights(name: str, toy_root: Path,
     while any(map(is_alive, started)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(map(is_alive, started))
-    finish(start(name, toy_root, part, "--resume"))
+    finish(start(name, data, part, "--resume", *more))
     assert "resume" in (part / "train.log").read_text(encoding="utf-8")
     expected, found = weights(whole), weights(part)
     assert expected.keys() == found.keys()
     for key, value in expected.items():
         assert torch.equal(value, found[key]), key
+    return len(workers)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_killed_training_ends_with_the_same_weights(name: str, toy_root: Path, tmp_path: Path) -> None:
+    killed_and_resumed(name, toy_root, tmp_path)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_killed_training_on_a_stream_ends_with_the_same_weights(name: str, shared: Shared, tmp_path: Path) -> None:
+    data, recipe = shared.dataset(shared.small, scenes=8, seed=0, formats=("bop",)), str(shared.small)
+    assert killed_and_resumed(name, data, tmp_path, "--stream.recipe", recipe, *STREAM) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["part", "whole"]  # a stream stores nothing
+    files = [{path.name for path in (tmp_path / run).iterdir()} for run in ("part", "whole")]
+    assert files[0] == files[1]

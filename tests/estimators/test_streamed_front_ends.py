@@ -96,3 +96,6 @@ def test_what_cannot_be_streamed_is_said(toy_root: Path, tmp_path: Path) -> None
     same = replace(CONFIG, stream=replace(STREAM, seed=seed))
     with pytest.raises(TrainingError, match="whose val split would be trained on"):
         train("detector-rgbd", toy_root, tmp_path / "same", same, open_stream=toy_stream)
+    large = replace(CONFIG, wanted=WantedConfig(height_px=90))
+    with pytest.raises(TrainingError, match=r"none of the stream's observations, .* larger stream.window"):
+        train("detector-rgbd", toy_root, tmp_path / "large", large, open_stream=toy_stream)

@@ -14,6 +14,7 @@ from warehouse_sim.optional import require_extra
 
 if TYPE_CHECKING:
     from warehouse_sim.estimators.api import PoseEstimator
+    from warehouse_sim.generation.recipe import Recipe
     from warehouse_sim.schema import Observation
 
 log = logging.getLogger(__name__)
@@ -122,6 +123,9 @@ def fit(
     from warehouse_sim.estimators.train import trainable
 
     method = trainable(estimator)
+    stream = getattr(config, "stream", None)
+    if stream is not None and stream.recipe:
+        _stream_recipe(stream)  # Before splits are read, which may take long.
     with stage("training") as progress:
         run(estimator, data, out, config, resume, progress, init, cache, open_stream)
     with stage("calibrating") as progress:
@@ -135,12 +139,16 @@ def open_stream(config: StreamConfig, start: int) -> "Iterator[Observation]":
         MissingPackageError: What makes scenes is not installed.
         RecipeError: The recipe holds something that a recipe does not take.
     """
-    require_extra("generate", "to make the observations that are trained on")
-    from warehouse_sim.generation.recipe import load_recipe
     from warehouse_sim.generation.stream import stream
 
-    recipe = load_recipe(config.recipe, {"sensors": {"outputs": ["rgb", "depth", "masks", "poses"]}})
-    return stream(recipe, config.seed, config.workers, start, apart=True)
+    return stream(_stream_recipe(config), config.seed, config.workers, start, apart=True)
+
+
+def _stream_recipe(config: StreamConfig) -> "Recipe":
+    require_extra("generate", "to make the observations that are trained on")
+    from warehouse_sim.generation.recipe import load_recipe
+
+    return load_recipe(config.recipe, {"sensors": {"outputs": ["rgb", "depth", "masks", "poses"]}})
 
 
 def _folders(data: Dataset | str | Path | Sequence[Dataset | str | Path]) -> list[Path]:

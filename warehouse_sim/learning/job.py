@@ -3,8 +3,8 @@
 import hashlib
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,6 +23,7 @@ from warehouse_sim.learning.observer import Observer, StepForecast, TrainingStat
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
 from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, StartingWeights, read_weights
+from warehouse_sim.learning.samples.awaited import AwaitedStream
 from warehouse_sim.learning.settings import LoopConfig, Progress
 from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 from warehouse_sim.output import writing
@@ -144,7 +145,7 @@ def train_job(
     size = getattr(job.config, "size", "")
     what = " ".join(filter(None, ("resume" if old else "train", name, size)))
     log.note(f"{what} on {names}, torch {torch.__version__}")
-    with job.threads():
+    with _fed(job, progress) as (job, stream), job.threads():
         clock, started = job.clock(), job.start(progress)
         if old and old.datasets != started.config.datasets:
             other = ", ".join(source.name for source in old.datasets)
@@ -159,6 +160,10 @@ def train_job(
             state = fit(started.task, started.order, job.config, clock, run, worker, observers)
         result = _result(state, started.task.network)
         result |= {f"{split}_{job.samples}": count for split, count in started.counts.items()}
+        if stream:
+            filling, waited = round(stream.filling_s, 1), round(stream.fraction(), 3)
+            result |= {"stream_filling_seconds": filling, "stream_waited_fraction": waited}
+            log.note(f"the stream took {filling} s to fill; of the time since, {waited:.0%} was spent waiting for it")
     run_folder.write_weights(run, started.task.network)
     job.finish(started)
     run_folder.write_result(run, result)
@@ -190,6 +195,17 @@ def start_from(init: str | Path, network: nn.Module) -> StartingWeights:
 def starting_weights(init: str | Path, file: Path) -> StartingWeights:
     """Return what says which weights a training began with."""
     return StartingWeights(str(init), hashlib.sha256(file.read_bytes()).hexdigest())
+
+
+@contextmanager
+def _fed(job: TrainingJob, progress: Progress | None) -> Iterator[tuple[TrainingJob, AwaitedStream | None]]:
+    """Give a job, and the stream that feeds it if its settings name one; that is closed in the end."""
+    named = getattr(getattr(job.config, "stream", None), "recipe", "")
+    if not named or job.open_stream is None:
+        yield job, None
+        return
+    with closing(AwaitedStream(job.open_stream, progress)) as stream:
+        yield replace(job, open_stream=stream), stream
 
 
 def _require_same(old: RunConfig, job: TrainingJob) -> None:

@@ -1,7 +1,7 @@
 """Settings of the training loop and of streams; free of torch, so that a command line can show them at once."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated, Literal, Self
 
 from warehouse_sim.ranges import Range, Seed, ranged
@@ -77,6 +77,11 @@ class StreamConfig:
     """New observations that each step brings in, of which as many leave, 0-1,000; fractions add up."""
     workers: Annotated[int, Range(1, 1024)] = 1
     """Processes that make observations while the network trains, 1-1,024."""
+
+    def __post_init__(self) -> None:
+        changed = [item.name for item in fields(self) if getattr(self, item.name) != item.default]
+        if changed and not self.recipe:
+            raise ValueError(f"stream.{changed[0]} is of a stream that no recipe is named for: give stream.recipe, too")
 
     def require_one_process(self, devices: int) -> None:
         """Check that one process trains where a recipe is named.

@@ -76,6 +76,11 @@ def prepare(
     seen = found["val"] if streamed else []
     found["train"] = streamed.first() if streamed else found["train"]
     classes, class_of = known_classes(readers, [*found["train"], *seen], config)
+    if streamed and not wanted_sizes(found["train"], class_of, config).size:
+        raise TrainingError(
+            f"none of the stream's observations, in a window, shows {', '.join(classes)} well enough to train on; "
+            "take the recipe that the data was made from, or a larger stream.window"
+        )
     require_wanted(found, readers, classes, class_of, config, "--wanted.visible and --wanted.height-px")
     return Prepared(found, class_of, classes, images, streamed)
 
