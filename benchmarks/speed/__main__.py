@@ -25,6 +25,7 @@ from rich.table import Table
 from benchmarks.result import beside_stored, machine, rounded
 from benchmarks.speed.amodal_masks import amodal_masks
 from benchmarks.speed.encoding import encoding
+from benchmarks.speed.feeding import feeding
 from benchmarks.speed.formats import formats
 from benchmarks.speed.full_observation import full_observation
 from benchmarks.speed.inference import inference
@@ -59,6 +60,7 @@ ROWS: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "latency": latency,
     "training": training,
     "streaming": streaming,
+    "feeding": feeding,
     "scoring": scoring,
 }
 

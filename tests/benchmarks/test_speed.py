@@ -32,6 +32,7 @@ ROWS = {
     "latency",
     "training",
     "streaming",
+    "feeding",
     "scoring",
 }
 
@@ -92,6 +93,7 @@ def test_a_quick_run_measures_every_row(tmp_path: Path) -> None:
     assert {"crops", "network", "hypotheses", "coarse ICP", "ICP", "verification", "uncertainty"} <= set(stages)
     assert all(seconds >= 0 for seconds in stages.values())
     assert rows["latency"]["icp"]["cpu_s"] > 0
+    assert all(0.0 <= method["waited_fraction"] < 1.0 for method in rows["feeding"]["methods"].values())
     assert sum(rows["full_observation"]["fractions"].values()) == pytest.approx(1.0, abs=0.01)
     assert rows["lidar"]["two_processes"]["rays_per_wall_s"] > 0
     assert set(rows["lidar"]["presets_cpu_s"]) == set(LIDAR_PRESETS)
