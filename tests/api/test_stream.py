@@ -30,7 +30,7 @@ def test_a_loop_and_a_loader_take_what_files_hold_and_leave_no_maker(shared: Sha
     batches: Any = iter(DataLoader(endless, batch_size=2))
     np.testing.assert_array_equal(next(batches).numpy(), np.stack(plain[1:3]))
     del batches
-    np.testing.assert_array_equal(next(islice(endless, 2, None)), plain[3])  # each loop begins anew
+    np.testing.assert_array_equal(next(islice(endless, 2, None)), plain[3])  # each loop begins with the same one
     assert len(descendants(os.getpid()) - before) <= 1  # multiprocessing's own tracker of resources
 
 
