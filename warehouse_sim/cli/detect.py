@@ -40,8 +40,8 @@ def detect(
         labels: Folder for the same as YOLO's label files, with scores.
         visible: Least visible fraction of what is to be found, 0-1.
         height_px: Least height of what is to be found (px), >= 0.
-        min_score: Detections of lower scores are left out, 0-1; by default below 0.05, for precision over recall wants
-            many, or below 0.25 where a segmenter shares pixels out among them.
+        min_score: Detections of lower scores are left out, 0-1; by default 0.25, of photographs 0.05, for precision over
+            recall wants many.
         overwrite: Replace the JSON file where there is one.
     """
     require_extra("learn", "to detect")
@@ -50,15 +50,13 @@ def detect(
     require_free(out, overwrite)
     if min_score is not None and not 0.0 <= min_score <= 1.0:
         raise InputError(f"--min-score must be 0-1, found {min_score:g}")
-    if min_score is None and "+" not in detector:
-        min_score = _LEAST_SCORE
     if data is None:
         assert images is not None
         if (split, labels, visible, height_px) != ("test", None, 0.1, 8.0):
             raise InputError(
                 "--split, --labels, --visible and --height-px are of datasets: leave them out with --images"
             )
-        _photographs(detector, images, out, min_score)
+        _photographs(detector, images, out, _LEAST_SCORE if min_score is None else min_score)
         return
     if not 0.0 <= visible <= 1.0 or not 0.0 <= height_px < inf:
         raise InputError(f"--visible must be 0-1 and --height-px at least 0, found {visible:g} and {height_px:g}")
@@ -86,7 +84,7 @@ def detect(
     finish(out, "predict", "densefusion-depth", "--data", data, *poses)
 
 
-def _photographs(detector: str, images: Path, out: Path, min_score: float | None) -> None:
+def _photographs(detector: str, images: Path, out: Path, min_score: float) -> None:
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.estimators.photographs import find_in_photographs
 

@@ -108,8 +108,8 @@ def read_depth(
         if not isinstance(reader, DatasetReader):
             raise DatasetError("a stream has no sweeps: take the depth camera's, or train on a dataset")
         return upsample(sparse_depth(image.camera, sweep_points(read_sweep(reader, image))).depth)
-    if not reader.has_depth:
-        raise DatasetError(f"{getattr(reader, 'root', 'the stream')}: holds no depth images; take a detector of colour")
+    if isinstance(reader, DatasetReader) and not reader.has_depth:
+        raise DatasetError(f"{reader.root}: holds no depth images; take a detector of colour")
     return reader.depth(image)
 
 
