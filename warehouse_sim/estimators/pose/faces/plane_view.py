@@ -14,6 +14,9 @@ from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 _MOST_ODDS = 3.0
 """Log odds that one reading can give: one in twenty lies (rims, several paths)."""
+_ON_PLANE = {"material": 0.95, "opening": 0.05, "other": 0.25}
+"""Part of the readings that lie on the plane of a face: what is something else may be a load that is flush with it, a
+beam, or a neighbour."""
 _DEEP = 1.0
 """Readings behind a plane are spread over so much (m)."""
 _MISSING, _BEFORE = -0.4, -0.5
@@ -47,13 +50,28 @@ class PlaneView:
         rows, columns = self.behind.shape
         return self.low[0] + self.cell * (np.arange(columns) + 0.5), self.low[1] + self.cell * (np.arange(rows) + 0.5)
 
-    def log_odds(self, sigma: float) -> Float[np.ndarray, "r c"]:
-        """Return for each place ln p(reading | there is material) / p(reading | there is none)."""
+    def log_odds(self, sigma: float) -> tuple[Float[np.ndarray, "r c"], Float[np.ndarray, "r c"]]:
+        """Return ln p(reading | the face's material) / p(reading | something else), and the same of openings."""
         off = np.nan_to_num(self.behind)
-        on = np.exp(-0.5 * (off / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi)) + 0.05 / _DEEP
-        odds = np.clip(np.log(on * _DEEP), -_MOST_ODDS, _MOST_ODDS)
-        odds = np.where(off < -3.0 * sigma, _BEFORE, odds)
-        odds = np.where(np.isnan(self.behind), _MISSING, odds)
+        near = np.exp(-0.5 * (off / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
+        chance = {kind: part * near + (1.0 - part) / _DEEP for kind, part in _ON_PLANE.items()}
+        covered, missing = off < -3.0 * sigma, np.isnan(self.behind)
+        found = []
+        for kind, lost in (("material", _MISSING), ("opening", 0.0)):
+            odds = np.clip(np.log(chance[kind] / chance["other"]), -_MOST_ODDS, _MOST_ODDS)
+            odds = np.where(covered, _BEFORE, odds)
+            odds = np.where(missing, lost, odds)
+            found.append(np.where(self.beyond, 0.0, odds))
+        return found[0], found[1]
+
+    def claim(self, inside: float, other: float) -> Float[np.ndarray, "r c"]:
+        """Return ln p(what the mask says of a place | it is of a kind) / p(the same | it is something else).
+
+        Args:
+            inside: Part of the kind's places that masks hold.
+            other: The same of all that is something else.
+        """
+        odds = np.where(self.claimed, np.log(inside / other), np.log((1.0 - inside) / (1.0 - other)))
         return np.where(self.beyond, 0.0, odds)
 
 

@@ -86,6 +86,8 @@ def _is_alike(T: Transform, other: Transform) -> bool:
 _MAD_TO_SIGMA = 1.4826
 _LEAST_CELLS = 40
 _FARTHEST_LAG = 12
+_BENT, _STRAIGHT = 0.005, 0.08
+"""By how much depth cameras bend a plane (m) over such a length (m); what is longer averages it out."""
 _LEAST_CORRELATION = 0.1
 
 
@@ -119,16 +121,20 @@ def fit_plane(view: PlaneView, shape: Float[np.ndarray, " 8"], sigma: float, til
         return SolidPlane(view.T_camera_plane, np.linalg.inv(prior + np.diag([25.0, 0.0, 400.0])), sigma, 9.0)
     # Columns: turn left about z, turn down about y, shift along x; a place of the plane moves by these along x.
     jacobian = np.stack([-y, z, np.ones_like(y)], axis=1)
+    # Readings bend a plane more than their noise says, and the more so the shorter it is.
+    extent = np.maximum([y.std(), z.std()], 0.01)
+    bent = np.diag([*_BENT / extent / np.sqrt(np.maximum(extent / _STRAIGHT, 1.0)), 0.0]) ** 2
     found, scale, dependent = np.zeros(3), sigma, 9.0
     for _ in range(6):
         away = behind - jacobian @ found
         scale = max(_MAD_TO_SIGMA * float(np.median(np.abs(away))), 5e-4)
         weight = 1.0 / (1.0 + (away / (2.4 * scale)) ** 2)
         dependent = max(_dependent_cells(view, material, away) * view.pixels_a_cell, 1.0)
-        fraction = view.pixels_a_cell / (dependent * scale**2)
-        matrix = (jacobian * (weight * fraction)[:, None]).T @ jacobian + prior
-        right = (jacobian * (weight * fraction)[:, None]).T @ behind + prior @ np.array([0.0, tilt[0], 0.0])
-        found = np.linalg.solve(matrix, right)
+        weighted = jacobian * (weight * view.pixels_a_cell / (dependent * scale**2))[:, None]
+        own = np.linalg.inv(weighted.T @ jacobian)
+        information = np.linalg.inv(own + bent)
+        matrix = information + prior
+        found = np.linalg.solve(matrix, information @ own @ weighted.T @ behind + prior @ np.array([0.0, tilt[0], 0.0]))
     turned = make_transform(rotation_z(found[0]) @ rotation_y(found[1]), np.array([found[2], 0.0, 0.0]))
     return SolidPlane(view.T_camera_plane @ turned, np.linalg.inv(matrix), scale, dependent)
 
