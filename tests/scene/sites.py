@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.site import Layout, Site, build_site
 
 

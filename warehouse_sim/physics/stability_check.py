@@ -15,7 +15,7 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.physics.rest import Rest, RestLimits, bring_to_rest
 from warehouse_sim.physics.stacks import Stack
-from warehouse_sim.scene.resting import drop_to_rest, joined, proved_load
+from warehouse_sim.scene.loads.resting import drop_to_rest, joined, proved_load
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 

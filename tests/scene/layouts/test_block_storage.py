@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.site import Site, build_site
 
 

@@ -2,9 +2,9 @@ import numpy as np
 
 from tests.scene.sites import built
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.conveyor_pickup import ConveyorPickupConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.site import build_site
 
 

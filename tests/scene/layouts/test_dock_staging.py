@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.schema import ObjectInstance
 

@@ -1,5 +1,6 @@
 """Drive-in racks: pallets span the lane and lie on both rails; lanes are filled from their far end."""
 
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -7,9 +8,9 @@ import pytest
 
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.physics import settle_scene
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.drive_in import DriveInConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.sampling import sample_scene
 
@@ -43,7 +44,8 @@ def test_it_is_as_high_as_the_roof_allows() -> None:
 
 def test_lanes_are_filled_from_the_far_end_and_stand() -> None:
     recipe = load_recipe("drive_in")
-    scene = sample_scene(recipe.scene, seed=0, scene_index=1)
+    drawn = replace(recipe.scene, layout=DriveInConfig(lanes=3), observations_per_scene=1)
+    scene = sample_scene(drawn, seed=0, scene_index=1)
     settled, report = settle_scene(scene, recipe.settle)
     assert report.problems == ()
     pallets = [item for item in settled.instances if settled.model_of(item).class_name == "pallet" and item.dynamic]

@@ -5,8 +5,8 @@ from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Slot, build_site
 

@@ -5,8 +5,8 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires, luminaires_of

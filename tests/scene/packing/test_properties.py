@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from tests.scene.packing.pallets import least_distance, reach
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.packing.layer import carried
 from warehouse_sim.scene.packing.mixed import pack_mixed
-from warehouse_sim.scene.packing.patterns import pattern_layers, possible_patterns
+from warehouse_sim.scene.packing.patterns import carried, pattern_layers, possible_patterns
 from warehouse_sim.scene.packing.stacking import StackingConfig
 
 edges = st.integers(60, 650).map(lambda mm: mm / 1000)

@@ -12,8 +12,8 @@ import numpy as np
 
 from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE, Drift
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.viewpoints.paths import FloorPose
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
+from warehouse_sim.scene.viewpoints.drives import FloorPose
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, pose_on_floor
 
 _STEEPEST = 0.7
 """Greatest fraction of the look-ahead that the offset may be: farther away the truck looks farther."""
