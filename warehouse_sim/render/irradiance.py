@@ -221,7 +221,7 @@ def _filled(cubes: Float32[np.ndarray, "p 6 3"], trusted: Bool[np.ndarray, "nx n
     known, rows = weight.reshape(-1), values.reshape(-1, 18)
     for _ in range(_REACH):
         empty = np.flatnonzero(np.pad(weight[middle] == 0.0, 1))
-        near = sum(known[empty + step] for step in steps)
+        near = np.sum([known[empty + step] for step in steps], axis=0)
         gained = empty[near > 0.0]
         mean = np.zeros((len(gained), 18), np.float32)
         for step in steps:
