@@ -1,4 +1,4 @@
-"""Scenes by hand: an empty lit hall, and objects that are added to any scene before it settles."""
+"""Scenes by hand: an empty lit hall, and objects that are added to a scene and cleared of others before it settles."""
 
 import logging
 from collections import defaultdict

@@ -20,7 +20,7 @@ def sampled_sizes(rng: np.random.Generator) -> list[np.ndarray]:
 
 
 def test_every_piece_rests_on_most_of_its_base() -> None:
-    for seed in range(10):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         sizes = sampled_sizes(rng)
         exact = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))

@@ -63,7 +63,7 @@ def carriers_drawn(
     headroom: float = 3.0, footprint: tuple[float, float] | None = None, on_floor: bool = True
 ) -> set[str]:
     rng = np.random.default_rng(0)
-    found = [sample_carrier(EVERY, rng, headroom, footprint, np.inf, on_floor) for _ in range(200)]
+    found = [sample_carrier(EVERY, rng, headroom, footprint, np.inf, on_floor) for _ in range(100)]
     return {pair[0].name for pair in found if pair is not None}
 
 

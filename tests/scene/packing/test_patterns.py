@@ -1,17 +1,8 @@
-import itertools
-
 import numpy as np
 import pytest
 
-from tests.scene.packing.pallets import DECKS, least_distance
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.sacks import SACKS
-from warehouse_sim.catalog.loads.skus import SKUS
-from warehouse_sim.catalog.loads.totes import TOTES
-from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.scene.packing.patterns import (
-    PATTERNS,
     Layer,
     carried,
     grid,
@@ -22,33 +13,6 @@ from warehouse_sim.scene.packing.patterns import (
 )
 
 EUR = (1.2, 0.8)
-
-
-def boxes(layer: Layer, size: np.ndarray) -> list[OrientedBox]:
-    low, high = layer.rectangles(size)
-    return [
-        OrientedBox(make_transform(translation=np.array([*(a + b) / 2, 0.0])), np.array([*(b - a), size[2]]))
-        for a, b in zip(low, high, strict=True)
-    ]
-
-
-def sizes(seed: int) -> list[np.ndarray]:
-    rng = np.random.default_rng(seed)
-    free = np.round(rng.uniform([0.15, 0.12, 0.1], [0.62, 0.5, 0.5], (12, 3)), 3)
-    return [np.array([*np.sort(size[:2])[::-1], size[2]]) for size in free]
-
-
-def test_no_pattern_overlaps_or_leaves_the_deck_for_any_size() -> None:
-    for deck, pattern in itertools.product(DECKS, PATTERNS):
-        known = [catalog_object(name).size for name in (*SKUS, *TOTES, *SACKS)]
-        for size in [*known, *sizes(0)]:
-            for gap in (0.0, 0.004):
-                for layer in pattern_layers(pattern, size, deck, gap):
-                    low, high = layer.rectangles(size)
-                    assert least_distance(boxes(layer, size)) >= gap - 1e-9, (deck, pattern)
-                    growth = gap * (np.array(deck) // min(size[:2]))
-                    assert np.all(high.max(axis=0) <= np.array(deck) / 2 + growth + 1e-9), (deck, pattern)
-                    assert np.all(low.min(axis=0) >= -np.array(deck) / 2 - growth - 1e-9), (deck, pattern)
 
 
 @pytest.mark.parametrize(("sku", "count"), [("600x400x400", 4), ("400x300x200", 8), ("300x200x200", 16)])

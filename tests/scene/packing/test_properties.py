@@ -51,4 +51,6 @@ def test_layers_of_every_possible_pattern_bear_the_next(size, deck, gap) -> None
             spread = np.maximum(low[:, None], low) - np.minimum(high[:, None], high)  # of two rectangles, by axis
             apart = spread.max(axis=2)[~np.eye(len(low), dtype=bool)]
             assert apart.min(initial=gap) >= gap - 1e-9
+            growth = gap * (np.array(deck) // min(size[:2]))
+            assert np.all(np.maximum(high, -low).max(axis=0) <= np.array(deck) / 2 + growth + 1e-9)
             assert carried(low, high, *lower.rectangles(size)).min() >= 0.5

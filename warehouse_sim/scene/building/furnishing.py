@@ -1,4 +1,7 @@
-"""What hangs on walls and stands or is painted beside ways: signs, fire equipment, guards, markings, labels, bins."""
+"""What hangs on walls and stands or is painted beside ways: signs, fire equipment, guards, markings, labels, bins.
+
+Each finds a free place along the walls or on the floor.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

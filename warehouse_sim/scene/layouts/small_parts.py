@@ -1,4 +1,8 @@
-"""Shelving for small parts along a narrow aisle, in rows back to back, with bins, euro containers and cartons."""
+"""Shelving for small parts along a narrow aisle, in rows back to back, with bins, euro containers and cartons.
+
+What stands in a row of shelving bays is fixed and at rest by construction: level on level shelves.
+Frame of a row: x along it, its front at the plane y = 0, z up from the floor that it stands on.
+"""
 
 from dataclasses import dataclass
 from functools import cache

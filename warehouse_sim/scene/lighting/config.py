@@ -1,4 +1,4 @@
-"""Settings of a recipe's light: where luminaires hang, which are on, how bright, and how the camera is exposed."""
+"""Settings of a recipe's light: where luminaires hang, which are on, how bright, how the camera is exposed; presets."""
 
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal

@@ -2,6 +2,10 @@
 
 Levels are photographic rules of thumb for the open air: a dark overcast day gives some 1,000 lx, civil dusk some 100, a
 yard at night 5-20 lx from lamps of its own, under a sky that glows a little over a town.
+
+Daylight falls in through rooflights and bands of windows: a pane glows as the sky behind it does, and sends that into
+the hall. A few lights stand for all panes; they are marked as fill: no pane is so near to a camera that its own shadows
+would be seen.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Unit loads in the slots of a rack, short side out, each a little off and a little turned."""
+"""Unit loads in the slots of a rack, short side out, each a little off and a little turned; film torn off them."""
 
 from collections import defaultdict
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Which pallet stands under a load: one of the catalog, or one that is in none."""
+"""Which pallet stands under a load, of the catalog or of none, and which carrier is a load of its own."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

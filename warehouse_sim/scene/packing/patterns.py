@@ -1,4 +1,4 @@
-"""The patterns in which equal pieces are palletised: column, interlock, pinwheel and split row.
+"""Layers of equal pieces, and the patterns in which they are palletised: column, interlock, pinwheel and split row.
 
 Column stacks keep the full compression strength of corrugated boxes; interlocked ones lose up to half of it but bind
 the load and spare the pallet up to half its bending (Virginia Tech's work on unit loads, 2017). A pattern is the cycle

@@ -1,4 +1,4 @@
-"""Paths on the floor made of straights and circle arcs, and how fast they are driven.
+"""Drives: paths of straights and circle arcs on the floor, how fast they are driven, and where the camera is then.
 
 The origin of a vehicle is on its axle that does not steer, so it never slips sideways: with speed v and curvature k the
 heading turns by v k a second. This is the kinematic bicycle model (Rajamani, Vehicle Dynamics and Control, 2012, sec.

@@ -1,7 +1,12 @@
-"""Where cameras sit on vehicles. No source with numbers was found for any of it: all values are practical priors.
+"""What carries a camera, and where cameras sit on it.
+
+No source with numbers was found for any of it: all values are practical priors.
 
 Fork cameras are usual 0.1-0.4 m above the forks, mast cameras at 1.8-2.2 m looking 10-25 degrees down, cameras on the
 overhead guard at 2.1-2.4 m, those of mobile robots at 0.3-1.0 m, those under a roof at 4-8 m.
+
+Vehicle frame: origin on the floor under the middle of the axle that does not steer, x forward, y left, z up. A vehicle
+moves along its own x there, which makes the kinematic bicycle model exact (see ``drives``).
 """
 
 from collections.abc import Sequence
