@@ -7,8 +7,8 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
-from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, stuck_carton
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building.floor_wear import STAINS, VARIANTS, floor_stain, tyre_tracks
-from warehouse_sim.catalog.building.markings import PAINT
+from warehouse_sim.catalog.building.floor_marks import PAINT, STAINS, VARIANTS, floor_stain, tyre_tracks
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import QUARTER_TURN, Area, SceneDraft
 

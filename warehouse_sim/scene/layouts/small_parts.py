@@ -11,9 +11,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
-from warehouse_sim.catalog.racks.shelves import BINS, SHELF_CLEARANCE, SHELF_SIZE, shelf_tops
+from warehouse_sim.catalog.racks.small_parts import BINS, SHELF_CLEARANCE, SHELF_SIZE, shelf_tops
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import HALF_TURN, SceneDraft
