@@ -2,7 +2,8 @@
 
 With ``stability_check`` stacks need little or no simulation: what rests by construction is placed, what hangs together
 moves as one. Goods that are proved to rest on their pallet (``scene.loads.resting``) are simulated with it as one body;
-where the pallet, too, is proved to rest on what is under it, nothing is simulated. The rest is simulated piece by piece.
+where the pallet, too, is proved to rest on what is under it, nothing is simulated. The rest is simulated piece by
+piece.
 """
 
 from collections.abc import Sequence
