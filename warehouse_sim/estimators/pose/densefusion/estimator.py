@@ -22,6 +22,7 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
 from warehouse_sim.estimators.pose.fitting.search import FitConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.fitting.verification_refiner import VerificationRefiner
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.pose.uncertainty.covariance import agreement
 from warehouse_sim.estimators.settings import PredictConfig
@@ -125,11 +126,11 @@ class Estimator(Pipeline):
             raise TrainingError(
                 f"{run} has no CAD surface of {', '.join(lacking)}, which ICP needs; predict with another --refine"
             )
-        grazing = _FLIGHT_GRAZING if self.config.time_of_flight else self.config.icp.grazing
+        grazing = _FLIGHT_GRAZING if self.config.time_of_flight else 0.0
         if self.config.refine == "icp":
-            return IcpRefiner(read_meshes(run), replace(self.config.icp, grazing=grazing), self.config.seed)
+            return IcpRefiner(read_meshes(run), IcpConfig(grazing=grazing), self.config.seed)
         groups = {item.obj_id: SymmetryGroup(np.reshape(item.symmetries, (-1, 4, 4))) for item in self.objects}
-        return VerificationRefiner(read_meshes(run), groups, FitConfig().believing(grazing), self.config.seed)
+        return VerificationRefiner(read_meshes(run), groups, FitConfig(grazing=grazing), self.config.seed)
 
     def _choose(self, candidates: Candidates, crops: Sequence[ObjectPoints]) -> Transforms:
         rows = [self._row[crop.obj_id] for crop in crops]

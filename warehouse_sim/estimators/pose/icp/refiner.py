@@ -7,9 +7,8 @@ from jaxtyping import Float
 
 from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
-from warehouse_sim.estimators.pose.icp.refine import refine_poses
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
-from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transforms
 
