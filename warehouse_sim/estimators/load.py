@@ -163,7 +163,7 @@ class Keypoints(Composition):
         """
         if self.network not in model_names():
             raise TrainingError(f"{self.network} has no bundled weights: train it, and predict with its run folder")
-        from warehouse_sim.estimators.pose.keypoints.estimator import KeypointEstimator
+        from warehouse_sim.estimators.pose.keypoints import KeypointEstimator
 
         return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end), config.objects)
 

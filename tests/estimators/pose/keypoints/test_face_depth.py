@@ -5,7 +5,7 @@ import pytest
 
 from tests.estimators.pose.keypoints.test_pnp import CAMERA, errors, pallet, seen_from
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.estimators.pose.keypoints.pnp import moved_onto_face, pose_of_points
+from warehouse_sim.estimators.pose.keypoints import moved_onto_face, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.keypoints import face_points
 from warehouse_sim.geometry.pose import transform_points
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.pose.keypoints.pnp import SeenPoints, pose_of_points
+from warehouse_sim.estimators.pose.keypoints import SeenPoints, pose_of_points
 from warehouse_sim.estimators.segmenters.segnet.keypoints import face_points, pocket_faces, side_points
 from warehouse_sim.estimators.segmenters.segnet.network import KnownFaces
 from warehouse_sim.geometry.camera import PinholeCamera

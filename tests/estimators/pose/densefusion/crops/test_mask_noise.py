@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from warehouse_sim.estimators.pose.densefusion.crops.mask_noise import (
+from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     NOISE_WIDTH,
     Labelled,
     disturbed_masks,

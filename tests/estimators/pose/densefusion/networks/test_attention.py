@@ -2,7 +2,7 @@ import pytest
 import torch
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig, AttentionFusion
+from warehouse_sim.estimators.pose.densefusion.networks.image import AttentionConfig, AttentionFusion
 
 
 @pytest.mark.parametrize("kind", ["self", "cross"])

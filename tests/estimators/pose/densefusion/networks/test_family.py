@@ -11,9 +11,8 @@ from tests.estimators.pose.densefusion.networks.made_inputs import (
     made_shapes,
 )
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.image import Upsample
+from warehouse_sim.estimators.pose.densefusion.networks.image import AttentionConfig, Upsample
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 
