@@ -78,7 +78,7 @@ def test_noise_along_the_rays_does_not_bias_the_depth() -> None:
 def test_never_makes_the_fit_worse() -> None:
     rng = np.random.default_rng(2)
     config = IcpConfig()
-    for _ in range(20):
+    for _ in range(10):
         T = gt_pose(rng)
         points = seen(MESH, T, 200, rng, 0.05)
         start = perturbed(T, rng, rng.uniform(0, 0.5), rng.uniform(0, 1.0))
