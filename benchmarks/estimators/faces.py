@@ -76,8 +76,8 @@ def _print(faces: Sequence[RecordedFace], found: Sequence[Entry | None]) -> None
             print(f"  {face.name:24} no answer")
             continue
         print(
-            f"  {face.name:24} {'docks' if item.docked else 'FAILS'} room {1e3 * item.room_side:5.0f} "
-            f"{1e3 * item.room_up:4.0f} mm  depth {1e3 * item.depth:4.0f} lateral {1e3 * item.lateral:4.0f} "
+            f"  {face.name:24} {'docks' if item.docked else 'FAILS'} room {1e3 * item.clearance_side:5.0f} "
+            f"{1e3 * item.clearance_up:4.0f} mm  depth {1e3 * item.depth:4.0f} lateral {1e3 * item.lateral:4.0f} "
             f"vertical {1e3 * item.vertical:4.0f} mm  yaw {item.yaw_deg:5.2f} pitch {item.pitch_deg:5.2f} "
             f"roll {item.roll_deg:5.2f} deg"
         )

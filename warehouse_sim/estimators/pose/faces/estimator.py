@@ -11,9 +11,10 @@ from scipy.special import erf
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import PoseEstimator
-from warehouse_sim.estimators.gravity import Direction, down_from_floor, upright_frame
+from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.faces.answer import describe, without_walls
+from warehouse_sim.estimators.pose.faces.level import Leveling, find_down
 from warehouse_sim.estimators.pose.faces.planes import PlaneView, SolidPlane, face_planes, fit_plane, view_plane
 from warehouse_sim.estimators.pose.faces.shape import ANY_PALLET, CatalogFace, catalog_faces
 from warehouse_sim.estimators.pose.faces.template import FaceLikelihood, FrontFit, fit_face
@@ -25,20 +26,12 @@ _PLANES = 3
 """Upright planes that are looked at."""
 _ROUNDS = 2
 """How often plane and face are fitted in turn."""
-_GRAVITY = np.deg2rad(0.5)
-"""Standard deviation of gravity, and of a pallet's own tilt (rad)."""
-_FLOOR = np.deg2rad(0.7)
-"""Least standard deviation of gravity where the floor in sight gives it (rad)."""
-_LEVEL = np.deg2rad(4.0)
-"""Standard deviation of gravity where the camera is taken for level (rad)."""
 _CATALOG_SPREAD = 0.004
 """How far pallets are from a CAD that is named (m)."""
 _RANGE_BIAS = 0.01
 """Standard deviation of what all readings are off together (m)."""
 _LEAST_OPENINGS = 6.0
 """Log likelihood that the pockets must add; with less there is no answer."""
-_LOOKS = 3
-"""The floor is looked for so often, each time on other readings; where it is no plane, as a mirror is, they differ."""
 _LEAST_POINTS = 60
 _AROUND = np.array([0.20, 0.10])
 """How far (m) beyond what is seen on a plane the face may go, along y and z."""
@@ -50,29 +43,6 @@ _SURE_ROLL = np.deg2rad(1.0)
 _TINE = (0.100, 0.040)
 """Width and thickness (m) of a common tine, which the score asks about."""
 _REACH = 1.10
-
-
-@dataclass(frozen=True, eq=False)
-class Leveling:
-    """Gravity in the camera frame."""
-
-    down: Direction
-    sigma: float
-    """Standard deviation about each horizontal axis (rad)."""
-
-
-def find_down(image: RgbdImage, rng: np.random.Generator) -> Leveling:
-    """Return gravity as the image brings it, else as the floor has it, else that of a level camera."""
-    if image.gravity is not None:
-        return Leveling(np.asarray(image.gravity, dtype=float), _GRAVITY)
-    seen = [down_from_floor(image.camera, image.depth, rng) for _ in range(_LOOKS)]
-    found = [down for down in seen if down is not None]
-    if len(found) < _LOOKS:
-        return Leveling(np.array([0.0, 1.0, 0.0]), _LEVEL)
-    mean = np.mean(found, axis=0)
-    mean /= np.linalg.norm(mean)
-    spread = float(np.sqrt(np.mean([np.sum((down - mean) ** 2) for down in found])))
-    return Leveling(mean, min(float(np.hypot(_FLOOR, 1.5 * spread)), _LEVEL))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,12 +160,12 @@ class _Search:
         if best is None:
             return None
         view, fit, sigma = best
-        roll, leaned, plane = self.level.sigma, 0.0, None
-        if self.level.sigma > _SURE_ROLL:
+        roll, leaned, plane = self.level.roll, 0.0, None
+        if self.level.roll > _SURE_ROLL:
             view, fit, roll = self._roll(view, fit, sigma)
         for _ in range(_ROUNDS):
             before = view.T_camera_plane
-            plane = fit_plane(view, fit.shape, sigma, (-leaned, self.level.sigma))
+            plane = fit_plane(view, fit.shape, sigma, (-leaned, self.level.pitch))
             leaned += float(np.arcsin(np.clip(-(before[:3, 2] @ plane.T_camera_plane[:3, 0]), -1, 1)))
             sigma = float(np.clip(plane.sigma, 0.003, 0.06))
             view = self._seen_again(view, plane.T_camera_plane)
@@ -223,7 +193,7 @@ class _Search:
 
     def _roll(self, view: PlaneView, fit: FrontFit, sigma: float) -> tuple[PlaneView, FrontFit, float]:
         """Return view and face after the turn in the plane that makes edges straightest, and how sure it is (rad)."""
-        unsure = self.level.sigma
+        unsure = self.level.roll
         tried = {0.0: (fit.score, view, fit)}
         for steps in (_ROLLS, _FINER_ROLLS):
             middle = max(tried, key=lambda turn: tried[turn][0])

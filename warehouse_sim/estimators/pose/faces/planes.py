@@ -16,6 +16,9 @@ from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotat
 
 _MOST_ODDS = 3.0
 """Log odds that one reading can give: one in twenty lies (rims, several paths)."""
+_ON_PLANE = {"material": 0.95, "opening": 0.05, "other": 0.25}
+"""Part of the readings that lie on the plane of a face: what is something else may be a load that is flush with it, a
+beam, or a neighbour."""
 _DEEP = 1.0
 """Readings behind a plane are spread over so much (m)."""
 _MISSING, _BEFORE = -0.4, -0.5
@@ -49,13 +52,28 @@ class PlaneView:
         rows, columns = self.behind.shape
         return self.low[0] + self.cell * (np.arange(columns) + 0.5), self.low[1] + self.cell * (np.arange(rows) + 0.5)
 
-    def log_odds(self, sigma: float) -> Float[np.ndarray, "r c"]:
-        """Return for each place ln p(reading | there is material) / p(reading | there is none)."""
+    def log_odds(self, sigma: float) -> tuple[Float[np.ndarray, "r c"], Float[np.ndarray, "r c"]]:
+        """Return ln p(reading | the face's material) / p(reading | something else), and the same of openings."""
         off = np.nan_to_num(self.behind)
-        on = np.exp(-0.5 * (off / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi)) + 0.05 / _DEEP
-        odds = np.clip(np.log(on * _DEEP), -_MOST_ODDS, _MOST_ODDS)
-        odds = np.where(off < -3.0 * sigma, _BEFORE, odds)
-        odds = np.where(np.isnan(self.behind), _MISSING, odds)
+        near = np.exp(-0.5 * (off / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
+        chance = {kind: part * near + (1.0 - part) / _DEEP for kind, part in _ON_PLANE.items()}
+        covered, missing = off < -3.0 * sigma, np.isnan(self.behind)
+        found = []
+        for kind, lost in (("material", _MISSING), ("opening", 0.0)):
+            odds = np.clip(np.log(chance[kind] / chance["other"]), -_MOST_ODDS, _MOST_ODDS)
+            odds = np.where(covered, _BEFORE, odds)
+            odds = np.where(missing, lost, odds)
+            found.append(np.where(self.beyond, 0.0, odds))
+        return found[0], found[1]
+
+    def claim(self, inside: float, other: float) -> Float[np.ndarray, "r c"]:
+        """Return ln p(what the mask says of a place | it is of a kind) / p(the same | it is something else).
+
+        Args:
+            inside: Part of the kind's places that masks hold.
+            other: The same of all that is something else.
+        """
+        odds = np.where(self.claimed, np.log(inside / other), np.log((1.0 - inside) / (1.0 - other)))
         return np.where(self.beyond, 0.0, odds)
 
 
@@ -186,6 +204,8 @@ def _is_alike(T: Transform, other: Transform) -> bool:
 _MAD_TO_SIGMA = 1.4826
 _LEAST_CELLS = 40
 _FARTHEST_LAG = 12
+_BENT, _STRAIGHT = 0.005, 0.08
+"""By how much depth cameras bend a plane (m) over such a length (m); what is longer averages it out."""
 _LEAST_CORRELATION = 0.1
 
 
@@ -219,16 +239,20 @@ def fit_plane(view: PlaneView, shape: Float[np.ndarray, " 8"], sigma: float, til
         return SolidPlane(view.T_camera_plane, np.linalg.inv(prior + np.diag([25.0, 0.0, 400.0])), sigma, 9.0)
     # Columns: turn left about z, turn down about y, shift along x; a place of the plane moves by these along x.
     jacobian = np.stack([-y, z, np.ones_like(y)], axis=1)
+    # Readings bend a plane more than their noise says, and the more so the shorter it is.
+    extent = np.maximum([y.std(), z.std()], 0.01)
+    bent = np.diag([*_BENT / extent / np.sqrt(np.maximum(extent / _STRAIGHT, 1.0)), 0.0]) ** 2
     found, scale, dependent = np.zeros(3), sigma, 9.0
     for _ in range(6):
         away = behind - jacobian @ found
         scale = max(_MAD_TO_SIGMA * float(np.median(np.abs(away))), 5e-4)
         weight = 1.0 / (1.0 + (away / (2.4 * scale)) ** 2)
         dependent = max(_dependent_cells(view, material, away) * view.pixels_a_cell, 1.0)
-        fraction = view.pixels_a_cell / (dependent * scale**2)
-        matrix = (jacobian * (weight * fraction)[:, None]).T @ jacobian + prior
-        right = (jacobian * (weight * fraction)[:, None]).T @ behind + prior @ np.array([0.0, tilt[0], 0.0])
-        found = np.linalg.solve(matrix, right)
+        weighted = jacobian * (weight * view.pixels_a_cell / (dependent * scale**2))[:, None]
+        own = np.linalg.inv(weighted.T @ jacobian)
+        information = np.linalg.inv(own + bent)
+        matrix = information + prior
+        found = np.linalg.solve(matrix, information @ own @ weighted.T @ behind + prior @ np.array([0.0, tilt[0], 0.0]))
     turned = make_transform(rotation_z(found[0]) @ rotation_y(found[1]), np.array([found[2], 0.0, 0.0]))
     return SolidPlane(view.T_camera_plane @ turned, np.linalg.inv(matrix), scale, dependent)
 
