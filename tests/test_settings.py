@@ -94,7 +94,7 @@ RANGED = [(cls, name, allowed) for cls in CLASSES for name, allowed in ranges_of
 
 def test_the_walk_reaches_what_files_and_command_lines_hold() -> None:
     names = {cls.__name__ for cls in CLASSES}
-    assert {"LidarConfig", "SgbmConfig", "DockStagingConfig", "TimeOfFlight", "IcpConfig", "AttentionConfig"} <= names
+    assert {"LidarConfig", "SgbmConfig", "DockStagingConfig", "TimeOfFlight", "AttentionConfig"} <= names
     assert len(RANGED) > 250
 
 

@@ -15,7 +15,7 @@ import yaml
 
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes, write_meshes
-from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
+from warehouse_sim.estimators.pose.densefusion.training.preparation import per_object_tensors
 from warehouse_sim.learning import run_folder
 from warehouse_sim.output import write_bytes
 from warehouse_sim.resources import data_folder

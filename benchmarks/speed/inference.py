@@ -12,15 +12,14 @@ import torch
 from benchmarks.speed.cost import Cost, measure, median
 from benchmarks.speed.subject import Settings, Subject, render_subject
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, write_meshes
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.icp.refine import refine_poses
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
-from warehouse_sim.estimators.settings import IcpConfig, PredictConfig
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.geometry.mesh import diameter, sample_surface
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z

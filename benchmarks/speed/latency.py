@@ -10,11 +10,10 @@ from benchmarks.speed.subject import Settings, render_subject
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
+from warehouse_sim.estimators.pose.densefusion.estimator import Estimator, Runner
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
-from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.fitting import joint, search
-from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
+from warehouse_sim.estimators.pose.fitting.refiners import IcpRefiner
 from warehouse_sim.estimators.pose.uncertainty.estimator import Watcher
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.resources import model_dir

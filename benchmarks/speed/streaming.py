@@ -11,8 +11,8 @@ from benchmarks.speed.cost import measure
 from benchmarks.speed.subject import Settings
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.streamed import ObservedImage
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe

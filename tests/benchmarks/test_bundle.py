@@ -12,7 +12,7 @@ from benchmarks.estimators import bundle
 from benchmarks.estimators.train import FIRST, in_order, limited
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
-from warehouse_sim.estimators.pose.densefusion.training.start import per_object_tensors
+from warehouse_sim.estimators.pose.densefusion.training.preparation import per_object_tensors
 from warehouse_sim.resources import data_folder
 
 

@@ -15,8 +15,9 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pipeline import Pipeline, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates
-from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
-from warehouse_sim.estimators.settings import IcpConfig, PredictConfig
+from warehouse_sim.estimators.pose.fitting.refiners import IcpRefiner
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, quat_wxyz_from_matrix, rotation_z
 
 OFF = make_transform(rotation_z(np.deg2rad(2)), np.array([0.03, 0.02, 0.01]))

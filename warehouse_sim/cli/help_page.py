@@ -63,7 +63,7 @@ def page(command: Command, parser: argparse.ArgumentParser, whole: bool) -> str:
     Args:
         command: Which one.
         parser: What parses it.
-        whole: Whether settings of parts, such as ``--icp.rounds``, get a line each; else each part gets one line.
+        whole: Whether settings of parts, such as ``--tracking.drift``, get a line each; else each part gets one line.
     """
     width = min(shutil.get_terminal_size((100, 24)).columns, 110)
     actions = [action for action in parser._actions if action.dest != "help"]

@@ -14,7 +14,7 @@ from warehouse_sim.estimators.pose.densefusion.objects import MESHES, read_meshe
 from warehouse_sim.estimators.pose.uncertainty.estimator import WithUncertainty
 from warehouse_sim.estimators.pose.uncertainty.model import read_uncertainty
 from warehouse_sim.estimators.registries import ESTIMATORS, FAMILIES, FRONT_ENDS, is_trainable
-from warehouse_sim.estimators.settings import IcpConfig, PredictConfig
+from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_dir, model_names
 
@@ -67,8 +67,6 @@ def _of_folder(name: str, folder: Path, config: PredictConfig) -> PoseEstimator:
         raise InputError(f"{name} is a {kind}, which gives no poses; name it under --detections, or detect with it")
     if config.time_of_flight and config.refine == "none":
         raise InputError("--time-of-flight changes ICP and verification only: choose --refine icp or verify")
-    if config.icp != IcpConfig() and config.refine == "none":
-        raise InputError("--icp changes ICP and verification only: choose --refine icp or verify")
     estimator = own_estimator(FAMILIES.get(kind)(folder, config), name)
     return _with_uncertainty(estimator, name, folder, estimator.stages_used or config.with_stages())
 
@@ -99,7 +97,6 @@ def _require_own_way(name: str, config: PredictConfig) -> None:
         "--refine": config.refine not in (None, "none"),
         "--refiner-iterations": config.refiner_iterations is not None,
         "--time-of-flight": config.time_of_flight,
-        "--icp": config.icp != IcpConfig(),
     }
     if useless := [option for option, is_given in given.items() if is_given]:
         raise InputError(f"{name} selects and refines in its own way; leave {' and '.join(useless)} out")
@@ -166,7 +163,7 @@ class Keypoints(Composition):
         """
         if self.network not in model_names():
             raise TrainingError(f"{self.network} has no bundled weights: train it, and predict with its run folder")
-        from warehouse_sim.estimators.pose.keypoints.estimator import KeypointEstimator
+        from warehouse_sim.estimators.pose.keypoints import KeypointEstimator
 
         return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end), config.objects)
 

@@ -16,35 +16,6 @@ Refinement = Literal["none", "icp", "verify"]
 
 @dataclass(frozen=True)
 @ranged
-class IcpConfig:
-    """How a pose is fitted to its points."""
-
-    rounds: Annotated[int, Range(1, 100)] = 3
-    """How often the visible surface and the noise are estimated again, 1-100."""
-    iterations: Annotated[int, Range(1, 1000)] = 4
-    """Most steps of each round, 1-1,000."""
-    points: Annotated[int, Range(12, 100_000)] = 600
-    """Most points used in the last round, 12-100,000; before, a third of them."""
-    max_distance_start: Annotated[float, Range(0.000001, 10)] = 0.15
-    """Points farther from the surface are ignored in the first step (scaled m), 0.000001-10."""
-    max_distance_end: Annotated[float, Range(0.000001, 10)] = 0.03
-    """The same in the last step (scaled m), 0.000001-10; three times the noise of the points where that is more."""
-    prior_shift: Annotated[float, Range(0.000001, 10, "m")] = 0.05
-    """Standard deviation of the network's position (m), 0.000001-10."""
-    prior_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.05
-    """Standard deviation of the network's rotation (rad), 0.000001-10."""
-    max_displacement: Annotated[float, Range(0.000001, 100, "m")] = 0.25
-    """A result farther from the network's position than this (m) is rejected, 0.000001-100."""
-    max_turn: Annotated[float, Range(0.000001, 10, "rad")] = 0.35
-    """A result turned farther than this (rad) is rejected, 0.000001-10."""
-    grazing: Annotated[float, Range(0, 100)] = 0.0
-    """Power of the cosine of incidence that weighs readings of level surfaces, 0-100; where gravity is given. Time of
-    flight reads them centimetres too far where it looks along them, as if the object leant: 2 trusts gravity instead,
-    and objects that truly lean by less than some 5 degrees are taken for upright. 0 believes all readings alike."""
-
-
-@dataclass(frozen=True)
-@ranged
 class PredictConfig:
     """How poses are estimated."""
 
@@ -89,8 +60,6 @@ class PredictConfig:
     """Filter the poses of each drive in the world frame, with their covariances, and predict hidden objects."""
     tracking: TrackConfig = field(default_factory=TrackConfig)
     """Settings of the tracker."""
-    icp: IcpConfig = field(default_factory=IcpConfig)
-    """Settings of the ICP."""
 
     def with_stages(self, has_surfaces: bool = True) -> "PredictConfig":
         """Return the settings of a network, with the best selection and refinement where none is given.

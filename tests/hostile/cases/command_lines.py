@@ -118,7 +118,6 @@ def _numbers(generate: Words, predict: Words, train: Words, check: Words) -> Ite
         "--scene": (check, frozenset({"0", _HUGE})),
         **dict.fromkeys(("--images-at-once", "--threads"), (poses, frozenset({_HUGE}))),
         **dict.fromkeys(("--reject",), (poses, frozenset({"0"}))),
-        **dict.fromkeys(("--icp.iterations", "--icp.gate-start", "--icp.points"), (poses, frozenset(wrong))),
         **dict.fromkeys(
             ("--batch", "--learning-rate", "--ema", "--validations", "--weight-decay", "--clip-norm", "--warmup-steps",
              "--max-minutes", "--refiner-iterations", "--augment.yaw", "--loss.confidence-weight"),

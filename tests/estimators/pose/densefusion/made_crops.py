@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from tests.dataset.toy import PALLET
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.geometry.mesh import diameter, sample_surface
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_y, rotation_z, transform_points
 

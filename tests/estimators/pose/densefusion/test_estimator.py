@@ -12,7 +12,6 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration, ErrorCurve, write_calibration
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
-from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.learning.run_folder import write_weights
 from warehouse_sim.schema import Observation, PoseEstimate
@@ -138,8 +137,8 @@ def test_a_small_network_takes_one_thread_and_gives_the_others_back(run: Path, m
     assert torch.get_num_threads() == before
 
 
-@pytest.mark.parametrize("name", trained_names())
-def test_every_method_corrects_as_often_as_requested(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ["densefusion-pointcloud", "densefusion-middle-1", "object-coordinates"])
+def test_every_kind_of_network_corrects_as_often_as_requested(tmp_path: Path, name: str) -> None:
     run = made_run(tmp_path / "run", name)
     config = PoseRun.read(run)
     network = config.load_network(run)

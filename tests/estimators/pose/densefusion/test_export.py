@@ -10,6 +10,7 @@ from warehouse_sim.errors import MissingPackageError, TrainingError
 from warehouse_sim.estimators.export import PortableNetwork, export_run
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import trained_names
+from warehouse_sim.learning.onnx_file import Portable, export_network
 
 pytest.importorskip("onnxscript")
 onnxruntime = pytest.importorskip("onnxruntime")
@@ -66,10 +67,25 @@ def test_the_file_computes_what_torch_computes(
     assert (item["obj_id"], item["name"]) == (1, "toy-pallet")
 
 
-def test_a_file_that_computes_something_else_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(PortableNetwork, "tolerance", -1.0)
-    with pytest.raises(TrainingError, match="differs from torch"):
-        export_run(made_run(tmp_path / "run"), tmp_path / "model.onnx")
+class Deceiving(Portable):
+    """A network that is another one while it is exported."""
+
+    tolerance = 0.5
+    outputs = ("y",)
+
+    def forward(self, x: torch.Tensor) -> tuple[torch.Tensor]:
+        return (2.0 * x if torch.compiler.is_compiling() else 2.0 * x + 1.0,)
+
+    def random_inputs(self, batch: int, seed: int = 0) -> dict[str, torch.Tensor]:
+        return {"x": torch.full((batch, 3), float(seed))}
+
+    def metadata(self) -> dict[str, str]:
+        return {}
+
+
+def test_a_file_that_computes_something_else_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(TrainingError, match=r"differs from torch by 1\.0e\+00"):
+        export_network(Deceiving(None, torch.nn.Identity()), tmp_path / "model.onnx")
     assert not (tmp_path / "model.onnx").exists()
 
 

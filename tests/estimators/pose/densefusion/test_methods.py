@@ -7,7 +7,7 @@ from tests.estimators.pose.densefusion.made_crops import made_set, pallet_shape
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.objects import shape_tensors
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.start import start_at_mean_rotation
+from warehouse_sim.estimators.pose.densefusion.training.preparation import start_at_mean_rotation
 from warehouse_sim.estimators.pose.densefusion.training.train import PoseTask
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.learning.clock import learning_rate_factor

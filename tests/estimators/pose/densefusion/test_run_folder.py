@@ -4,9 +4,8 @@ import torch
 from tests.estimators.pose.densefusion.made_crops import pallet_shape
 from warehouse_sim.errors import TrainingError, UnknownNameError
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.learning.run_folder import DatasetSource, StartingWeights, read_kind, write_weights
 

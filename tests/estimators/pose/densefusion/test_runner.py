@@ -8,10 +8,9 @@ from tests.dataset.toy import CAMERA
 from tests.estimators.pose.densefusion.made_crops import made_crop
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
+from warehouse_sim.estimators.pose.densefusion.estimator import Estimator, Runner
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Inliers
-from warehouse_sim.estimators.pose.densefusion.runner import Runner
 from warehouse_sim.estimators.pose.fitting.hypotheses import own_of
 from warehouse_sim.geometry.pose import make_transform, matrix_from_quat_wxyz, rotation_z
 from warehouse_sim.learning.run_folder import write_weights

@@ -8,7 +8,7 @@ from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting import search, verification
 from warehouse_sim.estimators.pose.fitting.fit import PoseFit, rectangle_fit
-from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, upright_boxes
+from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, quantiles, upright_boxes
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.boxes import box_corners
@@ -139,3 +139,12 @@ def test_a_fine_fit_that_goes_astray_is_not_followed(monkeypatch: pytest.MonkeyP
     turns = rotation_angle(looks[:, :3, :3], estimate.T_camera_object[None, :3, :3])
     assert np.linalg.norm(estimate.T_camera_object[:3, 3] - gt[:3, 3]) < 0.05
     assert np.degrees(turns).min() < 5.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 50, 401])
+@pytest.mark.parametrize("fraction", [0.0, 0.02, 0.3, 0.5])
+def test_quantiles_of_rows_are_those_of_numpy(count: int, fraction: float) -> None:
+    values = np.random.default_rng(count).normal(size=(3, 2, count))
+    np.testing.assert_allclose(
+        quantiles(values, fraction), np.quantile(values, (fraction, 1.0 - fraction), axis=-1), atol=1e-12
+    )

@@ -8,9 +8,9 @@ import pytest
 from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points
+from warehouse_sim.estimators.pose.fitting.refiners import VerificationRefiner
 from warehouse_sim.estimators.pose.fitting.search import FitConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
-from warehouse_sim.estimators.pose.fitting.verification_refiner import VerificationRefiner
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import (

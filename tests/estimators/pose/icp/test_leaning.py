@@ -1,11 +1,9 @@
 """Gravity against readings: errors that many readings share tilt nothing, and what truly leans is let lean."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.pose.fitting.search import FitConfig
+from warehouse_sim.estimators.pose.fitting.search import COARSE, FINE
 from warehouse_sim.estimators.pose.icp.refine import refine_poses
 from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
 from warehouse_sim.estimators.pose.icp.surface import build_surface
@@ -54,9 +52,8 @@ def fitted(
     surface = build_surface(TriangleMesh(box_corners(SIZE), unit_box().faces), 20_000, np.random.default_rng(0))
     T = (upright() if start is None else start)[None]
     # As the search does: coarse steps in which gravity weighs as it is, then ICP.
-    settings = FitConfig().believing(grazing)
-    for config in (replace(settings.coarse, rounds=1, iterations=10), settings.fine):
-        T = refine_poses(T, [placed], [surface], config, UP if gravity else None)
+    for config in (COARSE._replace(rounds=1, iterations=10), FINE):
+        T = refine_poses(T, [placed], [surface], config._replace(grazing=grazing), UP if gravity else None)
     return T[0]
 
 

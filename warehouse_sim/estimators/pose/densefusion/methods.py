@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig
-from warehouse_sim.estimators.pose.densefusion.networks.image import ImageConfig, Reading
+from warehouse_sim.estimators.pose.densefusion.networks.image import AttentionConfig, ImageConfig, Reading
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointConfig
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.settings import Size, TrainConfig

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.estimators.pose.faces.plane_view import PlaneView
-from warehouse_sim.estimators.pose.faces.planes import SolidPlane
+from warehouse_sim.estimators.pose.faces.planes import PlaneView, SolidPlane
 from warehouse_sim.estimators.pose.faces.shape import (
     BOARD,
     FOOT,

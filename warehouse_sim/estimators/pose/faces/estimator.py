@@ -15,8 +15,7 @@ from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.faces.answer import describe, without_walls
 from warehouse_sim.estimators.pose.faces.level import Leveling, find_down
-from warehouse_sim.estimators.pose.faces.plane_view import PlaneView, view_plane
-from warehouse_sim.estimators.pose.faces.planes import SolidPlane, face_planes, fit_plane
+from warehouse_sim.estimators.pose.faces.planes import PlaneView, SolidPlane, face_planes, fit_plane, view_plane
 from warehouse_sim.estimators.pose.faces.shape import ANY_PALLET, CatalogFace, catalog_faces
 from warehouse_sim.estimators.pose.faces.template import FaceLikelihood, FrontFit, fit_face
 from warehouse_sim.estimators.pose.fitting.hypotheses import masked_points

@@ -64,6 +64,15 @@ def side_post(shapes: Float[np.ndarray, "n 8"]) -> Float[np.ndarray, " n"]:
     return (shapes[:, WIDTH] - shapes[:, POST]) / 2.0 - shapes[:, POCKET_WIDTH]
 
 
+def pocket_borders(q: Float[np.ndarray, "n 8"]) -> list[tuple[Float[np.ndarray, " n"], ...]]:
+    """Return right, left, bottom and top (m) of the right and of the left pocket of n faces."""
+    bottom = q[:, FOOT] + q[:, BOARD]
+    top = bottom + q[:, POCKET_HEIGHT]
+    near, far = q[:, POST] / 2.0, q[:, POST] / 2.0 + q[:, POCKET_WIDTH]
+    middle = q[:, MIDDLE]
+    return [(middle - far, middle - near, bottom, top), (middle + near, middle + far, bottom, top)]
+
+
 @dataclass(frozen=True, eq=False)
 class CatalogFace:
     """A side with two pockets of an object whose CAD is known."""

@@ -11,17 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.estimators.pose.faces.plane_view import PlaneView
+from warehouse_sim.estimators.pose.faces.planes import PlaneView
 from warehouse_sim.estimators.pose.faces.shape import (
     BOARD,
     FOOT,
     HEIGHT,
     MIDDLE,
-    POCKET_HEIGHT,
-    POCKET_WIDTH,
-    POST,
     WIDTH,
     FacePrior,
+    pocket_borders,
 )
 
 _CLAIMED = {"material": 0.9, "opening": 0.4, "other": 0.1}
@@ -108,15 +106,6 @@ class FaceLikelihood:
         for pocket in pocket_borders(q):
             total += self._open.total(*pocket) - self._face.total(*pocket)
         return np.asarray(total)
-
-
-def pocket_borders(q: Float[np.ndarray, "n 8"]) -> list[tuple[Float[np.ndarray, " n"], ...]]:
-    """Return right, left, bottom and top (m) of the right and of the left pocket of n faces."""
-    bottom = q[:, FOOT] + q[:, BOARD]
-    top = bottom + q[:, POCKET_HEIGHT]
-    near, far = q[:, POST] / 2.0, q[:, POST] / 2.0 + q[:, POCKET_WIDTH]
-    middle = q[:, MIDDLE]
-    return [(middle - far, middle - near, bottom, top), (middle + near, middle + far, bottom, top)]
 
 
 def fit_face(

@@ -11,9 +11,8 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, hypothese
 from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
-from warehouse_sim.estimators.pose.icp.refine import Cloud, fit_poses, fit_to_surfaces
+from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, invert, make_transform, rotation_z
 
 
@@ -23,19 +22,18 @@ class FitConfig:
 
     refine: bool = True
     """Whether ICP follows; without it the rectangle is the estimate."""
-    coarse: IcpConfig = IcpConfig(  # noqa: RUF009  frozen
-        rounds=2, iterations=5, points=160, max_distance_start=0.3, max_distance_end=0.05, prior_shift=1.0,
-        prior_turn=0.7, max_displacement=0.8, max_turn=0.9,
-    )  # fmt: skip
-    """Settings of the ICP that every hypothesis passes, which looks nearest points up in a table of cells."""
-    fine: IcpConfig = IcpConfig(rounds=2, prior_shift=0.3, prior_turn=0.2)  # noqa: RUF009  frozen
-    """Settings of the ICP of those that are kept."""
-
-    def believing(self, grazing: float) -> "FitConfig":
-        """Return the same with another trust in level surfaces, as ``IcpConfig.grazing`` says."""
-        return replace(self, coarse=replace(self.coarse, grazing=grazing), fine=replace(self.fine, grazing=grazing))
+    grazing: float = 0.0
+    """How far readings of level surfaces are believed, as ``IcpConfig.grazing`` says."""
 
 
+COARSE = IcpConfig(
+    rounds=2, iterations=5, points=160, max_distance_start=0.3, max_distance_end=0.05, prior_shift=1.0, prior_turn=0.7
+)
+"""The ICP that every hypothesis passes, which looks nearest points up in a table of cells."""
+_COARSE_DISPLACEMENT = 0.8
+"""A hypothesis that it moves farther than this (m) stays where it was."""
+FINE = IcpConfig(rounds=2, prior_shift=0.3, prior_turn=0.2)
+"""The ICP of those that are kept."""
 _KEPT = 3
 """Hypotheses that are refined to the end, a network's own not counted."""
 _CLOSE = 0.2
@@ -144,14 +142,15 @@ def search(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
     starts = [item.starts(config) for item in sought]
     if not config.refine:
         return [ranked(item, poses) for item, poses in zip(sought, starts, strict=True)]
+    coarse_icp, fine_icp = (icp._replace(grazing=config.grazing) for icp in (COARSE, FINE))
     coarse = [
         # A start may be better than what its neighbours' points make of it.
         ranked(item, distinct(np.concatenate([fitted, begun]), item.model.symmetry, _SAME_TURN, _SAME_SHIFT))
-        for item, begun, fitted in zip(sought, starts, fit_coarsely(sought, starts, config.coarse), strict=True)
+        for item, begun, fitted in zip(sought, starts, fit_coarsely(sought, starts, coarse_icp), strict=True)
     ]
     chosen = [i for i in range(len(sought)) if i in _most_likely(sought, coarse)]
     tried = [_tried(sought[i], coarse[i]) for i in chosen]
-    fine = fit_finely([sought[i] for i in chosen], tried, config.fine)
+    fine = fit_finely([sought[i] for i in chosen], tried, fine_icp)
     found = dict(enumerate(coarse))
     for i, fitted, begun in zip(chosen, fine, tried, strict=True):
         found[i] = _of_fitted(sought[i], fitted, begun)
@@ -169,7 +168,7 @@ def fit_coarsely(sought: Sequence[Sought], starts: Sequence[Transforms], config:
         seen = NearestByCell(cells, invert(T)[:, :3, 3])
         T, delta = fit_to_surfaces(T, delta, cloud, seen, number, config, up)
     shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
-    T = np.where((shift <= config.max_displacement)[:, None, None], T, T_start)
+    T = np.where((shift <= _COARSE_DISPLACEMENT)[:, None, None], T, T_start)
     return _split(T, starts)
 
 

@@ -11,9 +11,8 @@ from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.matching import described
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, masked_points
-from warehouse_sim.estimators.pose.icp.refine import refine_poses
+from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
-from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -24,15 +23,14 @@ class OracleIcp(PoseEstimator):
     the method lacks, and not what the sensor does.
 
     Args:
-        config: Settings of the fit.
         seed: Decides which points are used.
     """
 
     reads_rgb = False
     learns_objects = True
 
-    def __init__(self, config: IcpConfig = IcpConfig(), seed: int = 0) -> None:  # noqa: B008  frozen
-        self._config, self._seed = config, seed
+    def __init__(self, seed: int = 0) -> None:
+        self._seed = seed
         self._infos: Mapping[int, ObjectInfo] = {}
         self._surfaces: dict[int, CadSurface] = {}
         self._labels: dict[tuple[int, int], dict[int, TargetRecord]] = {}
@@ -68,7 +66,7 @@ class OracleIcp(PoseEstimator):
                 continue
             info = target.info(self._infos)
             start = target.T_camera_object[None]
-            T = refine_poses(start, [points], [self._surface(info)], self._config, None if up is None else up[None])
+            T = refine_poses(start, [points], [self._surface(info)], IcpConfig(), None if up is None else up[None])
             found.append(described(image, position, info.obj_id, [info], 1.0, T[0]))
         return found
 

@@ -8,7 +8,7 @@ the network's pose for the directions that the visible points do not fix. All ob
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 from warehouse_sim.estimators.pose.icp.nearest import VisibleSurfaces
 from warehouse_sim.estimators.pose.icp.shared_errors import cells_of, shared
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.estimators.settings import IcpConfig
 from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_angle, transform_points
 
 _MAD_TO_SIGMA = 1.4826
@@ -39,6 +38,31 @@ _STEP_TOLERANCE = 1e-4
 """An object that turns and moves by less than this (rad, m) has converged until the next round."""
 _TRIMMED = 0.7
 """Fraction of the points, the nearest ones, that must fit no worse than before."""
+MAX_DISPLACEMENT, MAX_TURN = 0.25, 0.35
+"""A result farther from where it began than this (m, rad) is rejected."""
+
+
+class IcpConfig(NamedTuple):
+    """How a pose is fitted to its points."""
+
+    rounds: int = 3
+    """How often the visible surface and the noise are estimated again."""
+    iterations: int = 4
+    """Most steps of each round."""
+    points: int = 600
+    """Most points used in the last round; before, a third of them."""
+    max_distance_start: float = 0.15
+    """Points farther from the surface are ignored in the first step (scaled m)."""
+    max_distance_end: float = 0.03
+    """The same in the last step (scaled m); three times the noise of the points where that is more."""
+    prior_shift: float = 0.05
+    """Standard deviation of the position that a fit begins with (m)."""
+    prior_turn: float = 0.05
+    """Standard deviation of its rotation (rad)."""
+    grazing: float = 0.0
+    """Power of the cosine of incidence that weighs readings of level surfaces, where gravity is given. Time of flight
+    reads them centimetres too far where it looks along them, as if the object leant: 2 trusts gravity instead, and
+    objects that truly lean by less than some 5 degrees are taken for upright. 0 believes all readings alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +177,9 @@ def fit_poses(
         if last and round_index and up is not None:
             alike = _readings_alike(cloud, T, seen, config)
         T, delta = fit_to_surfaces(T, delta, cloud, seen, round_index, config, up, alike)
-    near = _is_near(T, T_camera_object, config)
+    shift = np.linalg.norm(T[:, :3, 3] - T_camera_object[:, :3, 3], axis=1)
+    turn = rotation_angle(T[:, :3, :3], T_camera_object[:, :3, :3])
+    near = (shift <= MAX_DISPLACEMENT) & (turn <= MAX_TURN)
     return np.where(near[:, None, None], T, T_camera_object), anisotropy
 
 
@@ -316,9 +342,3 @@ def _level_trust(
     level = (towards[..., 2] / normal) ** 2
     trust: Float[np.ndarray, "b n"] = np.clip(cosine, 1e-3, 1.0) ** (config.grazing * level)
     return trust
-
-
-def _is_near(T: Transforms, T_start: Transforms, config: IcpConfig) -> Bool[np.ndarray, " b"]:
-    shift = np.linalg.norm(T[:, :3, 3] - T_start[:, :3, 3], axis=1)
-    turn = rotation_angle(T[:, :3, :3], T_start[:, :3, :3])
-    return (shift <= config.max_displacement) & (turn <= config.max_turn)

@@ -12,9 +12,8 @@ from warehouse_sim.estimators.pose.densefusion.crops.batch import (
     level_turns,
     sample_batch,
 )
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import stack_crops
-from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, CropConfig
 
 
 def generator(seed: int = 0) -> torch.Generator:

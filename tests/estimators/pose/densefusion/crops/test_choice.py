@@ -8,10 +8,9 @@ from tests.dataset.toy import CAMERA
 from tests.estimators.pose.densefusion.made_crops import made_crop, pallet_shape, with_surroundings
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
 from warehouse_sim.estimators.pose.densefusion.crops.choice import gate_points, masked_median
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, stack_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import CropLabel, cut_mask
-from warehouse_sim.estimators.pose.densefusion.settings import PRESETS, AugmentConfig, MaskNoiseConfig
+from warehouse_sim.estimators.pose.densefusion.settings import PRESETS, AugmentConfig, CropConfig, MaskNoiseConfig
 from warehouse_sim.geometry.pose import rotation_x, rotation_z
 
 AUGMENT = PRESETS["robust"].augment

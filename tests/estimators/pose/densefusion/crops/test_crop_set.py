@@ -2,8 +2,8 @@ import numpy as np
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_crop, made_set, pallet_shape
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, stack_crops
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 
 
 def test_rows_of_several_tables_come_in_the_order_requested_for() -> None:

@@ -6,9 +6,9 @@ import pytest
 from tests.dataset.toy import CAMERA
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import back_project, cut_mask, image_crops, label_of
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Window
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 

@@ -15,8 +15,8 @@ import pytest
 
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import crops_digest, load_crops
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 
 CONFIG = CropConfig(side_px=24, depth=True, stored_points=256)
 

@@ -4,9 +4,9 @@ import pytest
 from tests.dataset.toy import CAMERA
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, CropLabel, cut_mask, image_crops
 from warehouse_sim.estimators.pose.densefusion.crops.surround import OUTLINE_SIDE
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 
 CONFIG = CropConfig(surround_px=5, stored_points=4096)
 SHAPE = CAMERA.height, CAMERA.width

@@ -11,9 +11,8 @@ from tests.estimators.pose.densefusion.networks.made_inputs import (
     made_shapes,
 )
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.image import Upsample
+from warehouse_sim.estimators.pose.densefusion.networks.image import AttentionConfig, Upsample
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 
@@ -51,8 +50,14 @@ def _whole_loss(network: DenseFusion, x, config: LossConfig = LossConfig()) -> t
     return loss + (rotation * 1.5 + 1).square().sum() + shift.square().sum()
 
 
-@pytest.mark.parametrize("name", sorted(READS))
-@pytest.mark.parametrize(("size", "paper"), [("nano", False), ("nano", True), ("small", False)])
+@pytest.mark.parametrize(
+    ("name", "size", "paper"),
+    [
+        *((name, "nano", paper) for name in sorted(READS) for paper in (False, True)),
+        ("densefusion-middle-2", "small", False),
+        ("object-coordinates", "small", False),
+    ],
+)
 def test_the_loss_and_the_refiner_reach_every_parameter(name: str, size: str, paper: bool) -> None:
     network, x = build(name, size, paper)
     _whole_loss(network, x).backward()

@@ -6,8 +6,15 @@ import pytest
 
 from tests.estimators.pose.densefusion.variants import renamed
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, SymmetryLoss, TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
+from warehouse_sim.estimators.pose.densefusion.settings import (
+    AugmentConfig,
+    LossConfig,
+    MaskNoiseConfig,
+    SymmetryLoss,
+    TrainConfig,
+    with_preset,
+)
+from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, crop_of, network_of, prepare
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 
 CONFIG = TrainConfig(workers=1)
@@ -84,3 +91,32 @@ def test_val_may_not_hold_what_train_lacks(toy_root: Path, carton_root: Path, tm
         path.write_text(path.read_text().replace('"visib_fract": ', '"visib_fract": 0.0, "old": '))
     with pytest.raises(TrainingError, match=r"objects \[7\] of val do not occur in train"):
         prepared(toy_root, mixed)
+
+
+METHOD = ESTIMATORS.get("densefusion-depth")
+
+
+def test_plain_changes_nothing() -> None:
+    given = TrainConfig(seed=3, augment=AugmentConfig(yaw=0.4))
+    assert with_preset(given, "plain") == given
+    assert network_of(METHOD, given) == METHOD.network("nano")
+    assert not crop_of(METHOD.network("nano")).has_surroundings
+
+
+def test_robust_fills_in_what_is_not_given() -> None:
+    given = TrainConfig(seed=3, augment=AugmentConfig(yaw=0.4, masks=MaskNoiseConfig(max_px=2.0)))
+    found = with_preset(given, "robust")
+    assert found.surroundings
+    assert found.upright
+    assert (found.seed, found.augment.yaw, found.augment.masks.max_px) == (3, 0.4, 2.0)
+    assert found.augment.masks.fraction > 0
+    assert found.augment.gravity_error_deg == 0.3
+    network = network_of(METHOD, found)
+    assert network.inliers is not None
+    assert network.upright
+    assert crop_of(network).has_surroundings
+
+
+def test_the_original_has_neither() -> None:
+    with pytest.raises(TrainingError, match="--paper"):
+        network_of(METHOD, replace(TrainConfig(), paper=True, upright=True))

@@ -10,9 +10,8 @@ import torch
 
 from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import load_crops
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
 from warehouse_sim.estimators.train import train
 
 CONFIG = TrainConfig(max_minutes=None, max_steps=3, batch=4, validations=1, precision="32", threads=1, workers=1)

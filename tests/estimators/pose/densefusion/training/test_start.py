@@ -9,11 +9,10 @@ from tests.estimators.pose.densefusion.made_crops import made_set, pallet_shape
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.batch import sample_batch
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_quat_wxyz as matrices
-from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig, with_preset
-from warehouse_sim.estimators.pose.densefusion.training.start import (
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, LossConfig, TrainConfig, with_preset
+from warehouse_sim.estimators.pose.densefusion.training.preparation import (
     mean_quat_wxyz,
     settings_from,
     start_at_mean_rotation,

@@ -15,11 +15,10 @@ from tests.dataset.toy import PALLET, make_scene, observe
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.streamed import ObservedImage, as_stored
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
-from warehouse_sim.estimators.pose.densefusion.settings import Balance, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import Balance, CropConfig, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
     StreamedCrops,
     StreamOrder,

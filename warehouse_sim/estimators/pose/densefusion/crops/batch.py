@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
+    NOISE_WIDTH,
     Noise,
     disturb_colour,
     hide_points,
@@ -14,11 +15,9 @@ from warehouse_sim.estimators.pose.densefusion.crops.augment import (
     sample_noise,
 )
 from warehouse_sim.estimators.pose.densefusion.crops.choice import Choice, choose_with_surroundings
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
-from warehouse_sim.estimators.pose.densefusion.crops.mask_noise import NOISE_WIDTH
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, NetworkInput
-from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, CropConfig
 
 _LEAST_AHEAD = 0.05
 """A camera that looks so straight down or up (sine of the angle) has no heading; its image's upper border is ahead."""

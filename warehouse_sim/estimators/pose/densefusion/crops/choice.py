@@ -6,11 +6,9 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from warehouse_sim.estimators.pose.densefusion.crops.augment import Noise, hide_points
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.crops.augment import Labelled, Noise, disturbed_masks, hide_points
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
-from warehouse_sim.estimators.pose.densefusion.crops.mask_noise import Labelled, disturbed_masks
-from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, CropConfig
 
 _REACH = 1.05
 """Points lie within so many diameters of the middle of the object's points."""

@@ -11,10 +11,10 @@ from jaxtyping import Bool, Float, Float16, Int, Int8, Int16, UInt8
 from torch import Tensor
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, image_crops
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.learning.samples.array_store import Arrays, shared_tensor
 from warehouse_sim.learning.samples.split import load_rows, split_digest, split_images
 

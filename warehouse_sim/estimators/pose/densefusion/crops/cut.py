@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
 from warehouse_sim.dataset.records import ImagePixels, ImageRecord, TargetRecord
 from warehouse_sim.estimators.gravity import Direction, down_of_camera
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, Window, surroundings
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.geometry.camera import PinholeCamera
 

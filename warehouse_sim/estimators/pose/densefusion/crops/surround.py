@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int8, Int16, Int32, UInt8
 
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.geometry.camera import PinholeCamera
 
 _RAY_GRID = 5

@@ -7,9 +7,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn.functional import logsigmoid
 
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
-from warehouse_sim.estimators.pose.densefusion.networks.attention import AttentionConfig, AttentionFusion
 from warehouse_sim.estimators.pose.densefusion.networks.heads import (
     CoordinateHeads,
     HeadConfig,
@@ -17,13 +15,18 @@ from warehouse_sim.estimators.pose.densefusion.networks.heads import (
     InlierHead,
     PoseHeads,
 )
-from warehouse_sim.estimators.pose.densefusion.networks.image import ImageBranch, ImageConfig
+from warehouse_sim.estimators.pose.densefusion.networks.image import (
+    AttentionConfig,
+    AttentionFusion,
+    ImageBranch,
+    ImageConfig,
+)
 from warehouse_sim.estimators.pose.densefusion.networks.interface import GroundTruth, Inliers, NetworkInput, Proposal
 from warehouse_sim.estimators.pose.densefusion.networks.points import PointBranch, PointConfig, local_features
 from warehouse_sim.estimators.pose.densefusion.networks.refiner import Refiner, RefinerConfig
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import compose, matrix_from_quat_wxyz
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, ShapeTensors
-from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, LossConfig, TrainConfig
 from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import ranged
 

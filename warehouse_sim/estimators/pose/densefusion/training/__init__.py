@@ -1,1 +1,1 @@
-"""From dataset folders to a run folder: preparation, the step that is trained, and what a run begins with."""
+"""From dataset folders to a run folder: preparation, streamed crops, and the step that is trained."""

@@ -8,7 +8,6 @@ from torch import Tensor
 
 from warehouse_sim.dataset.streamed import ObservedImage
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import (
     CUT_SEED,
     CropSet,
@@ -19,7 +18,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.crop_set import (
 )
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
-from warehouse_sim.estimators.pose.densefusion.settings import Balance
+from warehouse_sim.estimators.pose.densefusion.settings import Balance, CropConfig
 from warehouse_sim.learning.samples.order import SampleOrder
 from warehouse_sim.learning.samples.stream_window import StreamWindow, seed_since
 from warehouse_sim.learning.settings import StreamConfig

@@ -11,16 +11,20 @@ from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.batch import Batch, sample_batch
-from warehouse_sim.estimators.pose.densefusion.crops.config import CropConfig
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet
 from warehouse_sim.estimators.pose.densefusion.losses import loss_distance, pose_distance
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Proposal
 from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors, dataset_meshes, shape_tensors, write_meshes
-from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.preparation import Prepared, prepare
-from warehouse_sim.estimators.pose.densefusion.training.start import settings_from, start_at_mean_rotation, start_from
+from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
+from warehouse_sim.estimators.pose.densefusion.training.preparation import (
+    Prepared,
+    prepare,
+    settings_from,
+    start_at_mean_rotation,
+    start_from,
+)
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
     StreamedCrops,
     StreamOrder,

@@ -1,1 +1,0 @@
-"""Poses from key points of pallets' faces."""
