@@ -2,7 +2,7 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.schema import Viewpoint
-from warehouse_sim.sensors.capture import camera_motion
+from warehouse_sim.sensors.motion import camera_motion
 
 
 def test_a_camera_moves_with_its_vehicle() -> None:

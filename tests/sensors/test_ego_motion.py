@@ -3,7 +3,7 @@ import pytest
 
 from warehouse_sim.render.conformance.scenes import at
 from warehouse_sim.schema import Viewpoint
-from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.motion import EgoMotion
 
 
 def test_a_straight_drive_moves_points_and_turns_nothing() -> None:

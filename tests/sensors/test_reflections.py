@@ -8,8 +8,7 @@ from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
-from warehouse_sim.sensors.reflections import Reflected
-from warehouse_sim.sensors.surfaces import see_surfaces
+from warehouse_sim.sensors.surfaces import Reflected, see_surfaces
 
 HEIGHT, WALL = 0.2, 2.0
 MATERIALS = {

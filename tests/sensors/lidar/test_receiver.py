@@ -4,12 +4,12 @@ import pytest
 from tests.sensors.targets import with_constants
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
 from warehouse_sim.sensors.lidar.receiver import (
+    LidarUnit,
     detection_probability,
     intensity,
     range_sigma,
     relative_power,
 )
-from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.lidar.receiver import LidarUnit
 
 STILL = replace(LidarConfig(), divergence_mrad=(0.0, 0.0), range_step=0.0, azimuth_range_deg=(-20.0, 20.0))
 

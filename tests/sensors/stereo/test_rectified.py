@@ -5,8 +5,7 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.sensors.stereo import SgbmConfig, gt_disparity, match_sgbm
-from warehouse_sim.sensors.stereo.read import both_see, match
+from warehouse_sim.sensors.stereo import SgbmConfig, both_see, gt_disparity, match, match_sgbm
 
 CAMERA = PinholeCamera(320, 200, 240.0, 240.0, 158.2, 101.7, Distortion(k1=-0.3, k2=0.1, p1=0.002))
 BASELINE, NEAR, FAR = 0.2, 2.0, 6.0

@@ -5,7 +5,6 @@ import pytest
 from tests.sensors.targets import plane
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.stereo import (
     SgbmConfig,
@@ -15,6 +14,7 @@ from warehouse_sim.sensors.stereo import (
     read_stereo,
     seen_in_both,
 )
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(320, 120, 400.0)
 

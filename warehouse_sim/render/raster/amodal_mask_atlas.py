@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
+from warehouse_sim.render.raster.context import assign, source
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, choose_levels
 from warehouse_sim.render.raster.meshes.parts import PartTable
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import (
     NEAR,
     WINDOW_PX,

@@ -25,7 +25,7 @@ from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer, GeometryPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX, NEAR, window_viewport
-from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
+from warehouse_sim.render.raster.surfaces import PictureLibrary, TextureLibrary
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import NO_COLOR, ObjectInstance, RenderBuffers, SceneSpec
 

@@ -4,7 +4,7 @@ import pytest
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.remesh import grid_box
 from warehouse_sim.geometry.solids import unit_cylinder
-from warehouse_sim.render.raster.meshes.mesh_levels import flat_mesh
+from warehouse_sim.render.raster.meshes.mesh_batch import flat_mesh
 
 
 def rendered_normals(mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:

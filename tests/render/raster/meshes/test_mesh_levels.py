@@ -7,7 +7,7 @@ from warehouse_sim.geometry.pose import invert, level_camera, transform_points
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.conformance.subject import cast_image
-from warehouse_sim.render.raster.meshes.mesh_levels import LEVEL_ERROR_PX, choose_levels, mesh_levels
+from warehouse_sim.render.raster.meshes.mesh_batch import LEVEL_ERROR_PX, choose_levels, mesh_levels
 from warehouse_sim.render.raster.meshes.parts import build_part_table, placed_records
 from warehouse_sim.schema import ObjectModel, Part, SceneSpec
 

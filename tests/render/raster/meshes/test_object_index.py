@@ -3,8 +3,7 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
 from warehouse_sim.render.conformance.scenes import MATERIALS, rack_wall
-from warehouse_sim.render.raster.meshes.object_index import ObjectIndex
-from warehouse_sim.render.raster.meshes.parts import build_part_table
+from warehouse_sim.render.raster.meshes.parts import ObjectIndex, build_part_table
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}
 CAMERA = PinholeCamera.from_focal(320, 200, 200.0)

@@ -7,10 +7,10 @@ from tests.sensors.targets import capture_of, corner
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.schema import NO_COLOR
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS, DepthModel
-from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.view import Capture
 
 
 def config_of(depth: object) -> DepthModel:

@@ -3,7 +3,7 @@ import pytest
 
 from tests.sensors.targets import buffers_of, capture_of, plane
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth, QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth.model import IdealDepth, QuadraticDepth
 
 CAMERA = PinholeCamera.from_focal(500, 400, 500.0)
 CAPTURE = capture_of(CAMERA)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.sensors.targets import capture_of, plane
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_pattern, unit_samples, wiggle
+from warehouse_sim.sensors.rgbd.depth.noise import gaussian_noise, unit_pattern, unit_samples, wiggle
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 
 CAPTURE = capture_of()
 STILL = TimeOfFlight(noise_scale=0.0, multipath=0.0, sigma_lateral_px=0.0, max_range=9.0, focal_px=585.5)
@@ -45,7 +45,7 @@ def test_the_cyclic_error_runs_four_times_through_the_unambiguous_range() -> Non
 
 @pytest.mark.parametrize("smooth_px", [0.7, 1.2, 3.0])
 def test_smoothed_noise_has_variance_one_and_the_likeness_of_a_gaussian_filter(smooth_px: float) -> None:
-    noise = smooth_noise((600, 800), np.random.default_rng(2), smooth_px)
+    noise = gaussian_noise((600, 800), np.random.default_rng(2), smooth_px)
     assert noise.std() == pytest.approx(1.0, rel=0.04)
     for lag in (1, 2, 3):
         alike = float((noise[:, lag:] * noise[:, :-lag]).mean())

@@ -12,11 +12,11 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
+from warehouse_sim.render.raster.context import assign, source
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.passes.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics
 
 

@@ -9,15 +9,13 @@ from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.view_pyramid import ViewPyramid
-from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
+from warehouse_sim.render.raster.context import assign, clear_to_zero, float_depth_texture, source
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, choose_levels
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.meshes.ribs import Ribs, ribs_of
 from warehouse_sim.render.raster.passes.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics, window_viewport
-from warehouse_sim.render.raster.surfaces.materials import MaterialTable
+from warehouse_sim.render.raster.surfaces import MaterialTable
 
 
 class GeometryBuffer:

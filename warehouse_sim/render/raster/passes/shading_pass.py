@@ -5,9 +5,9 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raster.context import FullScreen
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer
-from warehouse_sim.render.raster.programs import FullScreen
 from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 
 _OCCLUSION_TAPS = 8
