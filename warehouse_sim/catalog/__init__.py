@@ -40,10 +40,11 @@ def catalog_object(name: str) -> ObjectModel:
         UnknownNameError: The name is not registered.
         ConfigError: The file does not describe an object, or is of another kind; a plug-in's object does not fit.
     """
-    if is_file_name(name):
-        return object_of_files(name)
-    if name not in SHIPPED and name not in CATALOG.names():
-        reject_other_file(name)
+    if name not in SHIPPED:
+        if is_file_name(name):
+            return object_of_files(name)
+        if name not in CATALOG.names():
+            reject_other_file(name)
     return _registered(name)
 
 

@@ -1,5 +1,7 @@
 """Rigid transforms: ``T_a_b`` maps points of frame b into frame a, so neighbours cancel."""
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 
@@ -73,7 +75,13 @@ def quat_wxyz_from_matrix(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarra
     The quaternion is the principal eigenvector of Bar-Itzhack's symmetric matrix (J. Guidance 23(6), 2000),
     which is stable for every angle.
     """
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
+    return _quat_of(np.ascontiguousarray(rotation, dtype=float).tobytes()).copy()
+
+
+@lru_cache(1024)
+def _quat_of(rotation: bytes) -> Float[np.ndarray, " 4"]:
+    """Return the quaternion of nine numbers; boxes of a scene have few orientations."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.frombuffer(rotation).reshape(3, 3)
     n = np.array(
         [
             [xx + yy + zz, zy - yz, xz - zx, yx - xy],

@@ -214,16 +214,18 @@ def _smoothed(cubes: Float32[np.ndarray, "nx ny nz 6 3"], level: GridLevel) -> F
 
 def _filled(cubes: Float32[np.ndarray, "p 6 3"], trusted: Bool[np.ndarray, "nx ny nz"]) -> Float32[np.ndarray, "p 6 3"]:
     """Return ``cubes`` with those of points inside things replaced by the mean of neighbours, from outside inwards."""
-    weight = np.pad(trusted.astype(np.float32), 1)[..., None]
-    values = np.pad(cubes.reshape(*trusted.shape, 18), ((1, 1), (1, 1), (1, 1), (0, 0))) * weight
+    weight = np.pad(trusted.astype(np.float32), 1)
+    values = np.pad(cubes.reshape(*trusted.shape, 18), ((1, 1), (1, 1), (1, 1), (0, 0))) * weight[..., None]
     middle = (slice(1, -1),) * 3
+    steps = [way * stride // weight.itemsize for stride in weight.strides for way in (1, -1)]
+    known, rows = weight.reshape(-1), values.reshape(-1, 18)
     for _ in range(_REACH):
-        near_values, near_weight = np.zeros_like(values[middle]), np.zeros_like(weight[middle])
-        for axis in range(3):
-            for shift in (-1, 1):
-                near_values += np.roll(values, shift, axis)[middle]
-                near_weight += np.roll(weight, shift, axis)[middle]
-        gained = (weight[middle] == 0.0) & (near_weight > 0.0)
-        values[middle] = np.where(gained, near_values / np.maximum(near_weight, 1.0), values[middle])
-        weight[middle] = np.where(gained, 1.0, weight[middle])
+        empty = np.flatnonzero(np.pad(weight[middle] == 0.0, 1))
+        near = np.sum([known[empty + step] for step in steps], axis=0)
+        gained = empty[near > 0.0]
+        mean = np.zeros((len(gained), 18), np.float32)
+        for step in steps:
+            mean += rows[gained + step]
+        rows[gained] = mean / near[near > 0.0, None]
+        known[gained] = 1.0
     return values[middle].reshape(cubes.shape)

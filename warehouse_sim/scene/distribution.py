@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import NormalDist
 from typing import Any, Literal
 
@@ -143,11 +144,17 @@ class Distribution:
         """Return one value of the cut-off bell by inverting its distribution function: one draw, no retries."""
         if self.std == 0.0:
             return self.mean
-        bell = NormalDist(self.mean, self.std)
-        fraction = rng.uniform(bell.cdf(self.low), bell.cdf(self.high))
+        bell, least, most = self._bell
+        fraction = rng.uniform(least, most)
         if not 0.0 < fraction < 1.0:  # beyond eight sigma the fraction rounds to 0 or 1
             return self.mean
-        return float(np.clip(bell.inv_cdf(fraction), self.low, self.high))
+        return float(min(max(bell.inv_cdf(fraction), self.low), self.high))
+
+    @cached_property
+    def _bell(self) -> tuple[NormalDist, float, float]:
+        """The bell, and what part of it lies below its lower and its upper end."""
+        bell = NormalDist(self.mean, self.std)
+        return bell, bell.cdf(self.low), bell.cdf(self.high)
 
     def sample_count(self, rng: np.random.Generator) -> int:
         """Return one value as a whole number; an even range gives each whole number in it as often."""
