@@ -1,6 +1,6 @@
 """Textures and pictures: as they are shipped, and how they lie on parts.
 
-How they lie is that of the raster backend's ``box_projection.glsl`` and ``picture.vert.glsl``; under a picture the detail
+How they lie: see the raster backend's ``box_projection.glsl`` and ``picture.vert.glsl``; under a picture the detail
 texture is left out.
 """
 

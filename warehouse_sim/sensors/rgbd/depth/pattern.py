@@ -1,6 +1,6 @@
 """How clearly a camera sees a pattern: dots and texture against the noise of its images, and dots where film is.
 
-Light of dots is in lux on white: the illuminance of white plaster by white light that gives as many electrons. Images are
+Light is in lux on white: the illuminance of white plaster by white light that gives as many electrons. Images are
 halved, as materials are known for every second pixel only. The numbers that have no source are priors: a projector of a
 quarter of a watt over 90 x 60 degrees, imagers of three micrometres that aim at a third of their range.
 """
