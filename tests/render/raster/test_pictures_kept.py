@@ -15,5 +15,4 @@ def test_a_picture_is_drawn_once_however_often_new_ones_come(monkeypatch: pytest
         library.require(["shipping_label:0"])
         layers = library.require(["shipping_label:0", "shipping_label:1"])
         assert layers == {"shipping_label:0": 0, "shipping_label:1": 1}
-        library.release()
     assert drawn == ["shipping_label:0", "shipping_label:1"]

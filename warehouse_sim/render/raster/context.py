@@ -43,6 +43,7 @@ def open_context(device: int = 0) -> moderngl.Context:
         ) from error
     # NDC depth must be 0 to 1: the default -1 to 1 wastes the precision that a float has near zero.
     _function("glClipControl", ctypes.c_uint, ctypes.c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
+    context.gc_mode = "context_gc"  # what nobody holds any more is freed by ``context.gc()``
     _logger.info("OpenGL renderer: %s", describe(context))
     return context
 
@@ -124,8 +125,3 @@ class FullScreen:
         target.use()
         self._context.enable_only(moderngl.NOTHING)
         self._array.render(moderngl.TRIANGLES, vertices=3)
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self._array.release()
-        self.program.release()

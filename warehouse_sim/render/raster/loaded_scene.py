@@ -126,15 +126,6 @@ class LoadedScene:
     def _layer(self, light: Light) -> int | None:
         return None if self._distributions is None else self._distributions.layer(light)
 
-    def release(self, after: "LoadedScene | None" = None) -> None:
-        """Free the device memory, but for what ``after`` goes on using; meshes stay in their library."""
-        if after is None or after.materials is not self.materials:
-            self.materials.release()
-        if self._field is not None and (after is None or after._field is not self._field):
-            self._field.release()
-        if self._distributions is not None:
-            self._distributions.release()
-
 
 def _beside(lights: Sequence[Light], T_world_camera: Transform) -> bool:
     """Return whether any light is so near to the camera that retroreflectors throw it back there."""

@@ -35,13 +35,8 @@ class ImageLayers:
         self._layers: dict[str, UInt8[np.ndarray, "h w 4"]] = {}
         self.array = self._upload()
 
-    def release(self) -> None:
-        """Free the device memory."""
-        self.array.release()
-
     def _replace(self, layers: dict[str, UInt8[np.ndarray, "h w 4"]]) -> None:
         self._layers = layers
-        self.array.release()
         self.array = self._upload()
 
     def _numbers(self, names: Iterable[str]) -> dict[str, int]:
@@ -190,7 +185,3 @@ class MaterialTable:
         """Whether any of them is one."""
         self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")
         self.values.filter = (moderngl.NEAREST, moderngl.NEAREST)
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self.values.release()

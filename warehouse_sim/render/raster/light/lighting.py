@@ -33,10 +33,6 @@ class DistributionTexture:
         same = (number for number, item in enumerate(self._distributions) if item is light.distribution)
         return next(same, None)
 
-    def release(self) -> None:
-        """Free the device memory."""
-        self.texture.release()
-
 
 def distributions_of(lights: Sequence[Light]) -> list[IntensityDistribution]:
     """Return the different distributions of ``lights``, in the order of the lights."""
@@ -72,10 +68,6 @@ class FieldTexture:
             "field_fades": [tuple(side) for side in self._levels[0].cut.astype(float)],
             "world_camera": tuple(T_world_camera[:3, :3].T.ravel()),
         }
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self.texture.release()
 
 
 def _volume(level: FieldLevel, width: int, height: int) -> Float16[np.ndarray, "z y x 4"]:
@@ -260,7 +252,3 @@ class LightBlock:
         lighting.field.texture.use(UNITS["field"])
         if lighting.distributions is not None:
             lighting.distributions.texture.use(UNITS["distributions"])
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self._lights.release()

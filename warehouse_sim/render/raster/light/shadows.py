@@ -97,19 +97,6 @@ class ShadowAtlas:
         self._find_blockers.draw(self._blocker_target)
         return tiles
 
-    def release(self) -> None:
-        """Free the device memory."""
-        for item in (
-            self._target,
-            self.depth,
-            self._program,
-            self._shapes,
-            self._blocker_target,
-            self.blockers,
-            self._find_blockers,
-        ):
-            item.release()
-
     def _with_shapes(self, table: PartTable, casters: np.ndarray, batches: Sequence[MeshBatch]) -> Sequence[MeshBatch]:
         """Return ``batches`` with coarse ones for the meshes that have a shape of their own for shadows."""
         shapes: list[TriangleMesh | None] = []

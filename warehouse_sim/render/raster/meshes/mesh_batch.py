@@ -179,12 +179,6 @@ class MeshBatch:
         for level in range(len(self._levels)):
             self.draw(program, records[levels == level], level)
 
-    def release(self) -> None:
-        """Free the device memory."""
-        for level in self._levels:
-            level.release()
-        self._instances.release()
-
 
 class MeshLibrary:
     """The batches of the meshes in use; scenes from one catalog share most of them.
@@ -203,13 +197,8 @@ class MeshLibrary:
         for mesh in meshes:
             if mesh not in self._batches:
                 self._batches[mesh] = MeshBatch(self._context, self._levels(mesh))
-        for mesh in self._batches.keys() - set(meshes):
-            self._batches.pop(mesh).release()
+        self._batches = {mesh: self._batches[mesh] for mesh in meshes}
         return [self._batches[mesh] for mesh in meshes]
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self.require(())
 
 
 class _Level:
@@ -229,12 +218,6 @@ class _Level:
             ]
             self._arrays[program.glo] = self._context.vertex_array(program, content, self._triangles)
         return self._arrays[program.glo]
-
-    def release(self) -> None:
-        for array in self._arrays.values():
-            array.release()
-        for buffer in (self._corners, self._triangles):
-            buffer.release()
 
 
 def _used(program: moderngl.Program, layout: str, names: tuple[str, ...]) -> tuple[str, ...]:

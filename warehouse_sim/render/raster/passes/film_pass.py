@@ -76,11 +76,6 @@ class FilmPass:
         for mesh, run in table.runs(far_first):
             batches[mesh].draw(program, records[run])
 
-    def release(self) -> None:
-        """Free the device memory."""
-        for program in self._programs.values():
-            program.release()
-
     def _program_for(self, lighting: Lighting) -> moderngl.Program:
         """Return the program for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._programs:

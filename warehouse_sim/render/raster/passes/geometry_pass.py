@@ -49,12 +49,6 @@ class GeometryBuffer:
         clear_to_zero(2, "f")
         clear_to_zero(3, "f")
 
-    def release(self) -> None:
-        """Free the device memory."""
-        textures = (self.instance_mask, self.surface, self.reach, self.exact_depth, self.paint, self.depth)
-        for item in (self.target, self.painted, *textures):
-            item.release()
-
 
 _FINE = 64
 """Parts of more triangles are rendered last, and only where what is before them leaves room to see them."""
@@ -144,11 +138,6 @@ class GeometryPass:
             chosen = np.zeros(len(table), bool)
             chosen[group[~sampled.hides(camera, table, records, group)]] = True
             self._draw_rows(view, chosen)
-
-    def release(self) -> None:
-        """Free the device memory."""
-        for program in self._programs.values():
-            program.release()
 
     def _draw_rows(self, view: "_View", wanted: Bool[np.ndarray, " n"]) -> None:
         """Draw the rows of a view that are ``wanted``, those without paint first."""
