@@ -129,8 +129,6 @@ class QuadraticDepth(DepthModel):
     """Growth of that standard deviation with the square of depth (1/m), 0-10: stereo's z^2 law."""
     correlation_px: ClassVar[int] = 5
     """Edge of the window over which depth noise is alike (px), odd; 1 = each pixel by itself."""
-    inverse_depth_step: Annotated[float, Range(0, 10, "1/m")] = 0.0
-    """Step in which 1 / depth is read, as disparity is (1/m), 0-10; 0 = continuous."""
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return depth with the noise of the formula (m)."""
@@ -139,9 +137,4 @@ class QuadraticDepth(DepthModel):
         if base > 0 or quadratic > 0:
             sigma = np.float32(base) + np.float32(quadratic) * depth * depth
             result = depth + sigma * unit_noise((depth.shape[0], depth.shape[1]), rng, self.correlation_px)
-        if self.inverse_depth_step > 0:
-            step = np.float32(self.inverse_depth_step)
-            inverse = np.divide(np.float32(1.0), result, out=np.zeros_like(result), where=result > 0)
-            steps = np.rint(inverse / step) * step
-            result = np.divide(np.float32(1.0), steps, out=np.zeros_like(result), where=steps > 0)
         return np.where(depth > 0, np.maximum(result, np.float32(0.0)), np.float32(0.0))

@@ -1,5 +1,6 @@
-import numpy as np
+"""Cells of amodal masks on pages."""
 
+import numpy as np
 from warehouse_sim.render.raster.amodal_mask_atlas import Cell, pack
 
 
