@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+
+from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.render.conformance.scenes import at
 from warehouse_sim.schema import Viewpoint
-from warehouse_sim.sensors.motion import EgoMotion
-from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
-from warehouse_sim.sensors.motion import camera_motion
+from warehouse_sim.sensors.motion import EgoMotion, camera_motion
 
 
 def test_a_straight_drive_moves_points_and_turns_nothing() -> None:

@@ -3,22 +3,23 @@
 import cv2
 import numpy as np
 import pytest
+
 from tests.sensors.targets import plane
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.stereo import (
     SgbmConfig,
     StereoConfig,
+    both_see,
     gt_disparity,
+    match,
     match_sgbm,
     read_stereo,
     seen_in_both,
 )
 from warehouse_sim.sensors.view import Capture
-from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.sensors.stereo import SgbmConfig, both_see, gt_disparity, match, match_sgbm
-
 
 CAMERA = PinholeCamera.from_focal(320, 120, 400.0)
 

@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
+
 from tests.sensors.targets import CAMERA, capture_of
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.sensors.surfaces import returned_light, see_surfaces
-from tests.sensors.targets import CAMERA
-from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.schema import Material
-from warehouse_sim.sensors.surfaces import Reflected, see_surfaces
+from warehouse_sim.sensors.surfaces import Reflected, returned_light, see_surfaces
 
 
 def test_each_pixel_gets_the_material_that_its_ray_meets() -> None:

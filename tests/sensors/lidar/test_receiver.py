@@ -1,9 +1,15 @@
 """The receiver, and the constant errors of its unit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+
 from tests.sensors.targets import with_constants
-from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.raycaster import RayCaster
+from warehouse_sim.schema import LidarScan
+from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 from warehouse_sim.sensors.lidar.receiver import (
     LidarUnit,
     detection_probability,
@@ -11,12 +17,6 @@ from warehouse_sim.sensors.lidar.receiver import (
     range_sigma,
     relative_power,
 )
-from dataclasses import replace
-from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
-from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.schema import LidarScan
-from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
-from warehouse_sim.sensors.lidar.receiver import LidarUnit
 
 
 @pytest.mark.parametrize(

@@ -2,20 +2,17 @@
 
 import numpy as np
 import pytest
+
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, unit_box
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.conformance.subject import cast_image
-from warehouse_sim.render.raster.meshes.mesh_batch import LEVEL_ERROR_PX, choose_levels, mesh_levels
+from warehouse_sim.render.raster.meshes.mesh_batch import LEVEL_ERROR_PX, choose_levels, flat_mesh, mesh_levels
 from warehouse_sim.render.raster.meshes.parts import build_part_table, placed_records
 from warehouse_sim.schema import ObjectModel, Part, SceneSpec
-from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.geometry.remesh import grid_box
-from warehouse_sim.geometry.solids import unit_cylinder
-from warehouse_sim.render.raster.meshes.mesh_batch import flat_mesh
-
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}
 CAMERA = PinholeCamera.from_focal(1224, 370, 721.5377)

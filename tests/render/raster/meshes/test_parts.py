@@ -1,13 +1,11 @@
 """The rows of a part table, and the objects that they belong to."""
 
 import numpy as np
-from warehouse_sim.geometry.pose import invert, level_camera, transform_points
-from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, pallet_model
-from warehouse_sim.render.raster.meshes.parts import build_part_table, placed_records
-from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render.conformance.scenes import MATERIALS, rack_wall
-from warehouse_sim.render.raster.meshes.parts import ObjectIndex, build_part_table
 
+from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.pose import invert, level_camera, transform_points
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, pallet_model, rack_wall
+from warehouse_sim.render.raster.meshes.parts import ObjectIndex, build_part_table, placed_records
 
 ROWS = {name: row for row, name in enumerate(MATERIALS)}
 

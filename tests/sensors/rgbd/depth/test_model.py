@@ -1,19 +1,20 @@
 """What all depth models share, and depth in a few numbers."""
 
 from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.sensors.targets import capture_of, corner
+
+from tests.sensors.targets import buffers_of, capture_of, corner, plane
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import NO_COLOR
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS, DepthModel
 from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
-from warehouse_sim.sensors.view import Capture
-from tests.sensors.targets import buffers_of, capture_of, plane
-from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.rgbd.depth.model import IdealDepth, QuadraticDepth
+from warehouse_sim.sensors.view import Capture
 
 
 def config_of(depth: object) -> DepthModel:

@@ -1,13 +1,20 @@
 """Noise that neighbours share, and what is constant in one built camera."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
-from dataclasses import replace
-from tests.sensors.targets import capture_of, plane
-from warehouse_sim.sensors.rgbd.depth.noise import gaussian_noise, unit_pattern, unit_samples, wiggle
-from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 
+from tests.sensors.targets import capture_of, plane
+from warehouse_sim.sensors.rgbd.depth.noise import (
+    gaussian_noise,
+    odd_window,
+    unit_noise,
+    unit_pattern,
+    unit_samples,
+    wiggle,
+)
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 
 SIZE = (400, 500)
 

@@ -9,10 +9,9 @@ from jaxtyping import Bool, Float, Float64, Int
 
 from warehouse_sim.catalog.building.outdoors import OUTDOORS
 from warehouse_sim.geometry.boxes import box_corners
-from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.coarse_scene import JOINED_GOODS
 from warehouse_sim.render.raster.projection import NEAR
 from warehouse_sim.render.textures import edge_order, texture_shift
