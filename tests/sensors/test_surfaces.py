@@ -38,7 +38,7 @@ def test_white_plaster_sends_back_its_cosine_and_metal_its_mirror_image() -> Non
 
 
 HEIGHT, WALL = 0.2, 2.0
-MATERIALS = {
+SMOOTH_AND_MATT = {
     "mirror": Material("mirror", (0.2,) * 3, roughness=0.05, remission=0.3),
     "matt": Material("matt", (0.2,) * 3, roughness=0.9, remission=0.3),
 }
@@ -47,7 +47,9 @@ MATERIALS = {
 def reflected(floor: str) -> Reflected:
     """A camera 20 cm above a floor, 2 m before a wall."""
     models = [box_model("floor", (20, 20, 0.1), floor), box_model("wall", (8, 0.2, 4), "matt")]
-    scene = make_scene(models, [("floor", at(0, 0, -0.05)), ("wall", at(0, WALL + 0.1, 2.0))], materials=MATERIALS)
+    scene = make_scene(
+        models, [("floor", at(0, 0, -0.05)), ("wall", at(0, WALL + 0.1, 2.0))], materials=SMOOTH_AND_MATT
+    )
     place = level_camera(np.array([0.0, 0.0, HEIGHT]), np.pi / 2)
     found = see_surfaces(scene, RayCaster(scene), CAMERA, place, reflections=True).reflected
     assert found is not None
