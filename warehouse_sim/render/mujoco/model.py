@@ -23,7 +23,7 @@ from warehouse_sim.render.light_selection import (
 )
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
 from warehouse_sim.render.textures import NO_CHANGE, albedo_factor, picture_albedo
-from warehouse_sim.scene.lighting.beam import as_cone
+from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, Material, ObjectInstance, SceneSpec
 
 _TYPICAL_COSINE = 0.4
