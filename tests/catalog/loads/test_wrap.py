@@ -3,14 +3,15 @@ import pytest
 
 from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed
-from warehouse_sim.catalog.loads.securing import Slice, stretch_wrap, wrap
+from warehouse_sim.catalog.loads.film_skin import Level
+from warehouse_sim.catalog.loads.securing import stretch_wrap, wrap
 from warehouse_sim.catalog.materials import materials
 
 SQUARE = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])
 
 
 def test_film_goes_closely_around_every_level_and_over_the_top() -> None:
-    model, centre = stretch_wrap([Slice(SQUARE, 0.1, 1.0), Slice(SQUARE * 0.5, 1.0, 1.3)])
+    model, centre = stretch_wrap([Level(SQUARE, 0.1, 1.0), Level(SQUARE * 0.5, 1.0, 1.3)])
     vertices = model.mesh().vertices + centre
     np.testing.assert_allclose(np.abs(vertices[:, :2]).max(axis=0), [0.6, 0.4], atol=0.002)
     assert np.all(np.abs(vertices[vertices[:, 2] > 1.001][:, :2]) <= [0.302, 0.202])
@@ -21,7 +22,7 @@ def test_film_goes_closely_around_every_level_and_over_the_top() -> None:
 
 
 def test_film_is_closed_thin_and_translucent() -> None:
-    model, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
+    model, _ = stretch_wrap([Level(SQUARE, 0.0, 1.1)])
     (part,) = model.parts
     assert is_closed(part.mesh)
     assert 0.0 < volume(part.mesh) < 0.003 * 4.0 * 1.1  # not filled
@@ -31,9 +32,9 @@ def test_film_is_closed_thin_and_translucent() -> None:
 
 
 def test_equal_film_has_an_equal_name_and_other_film_another() -> None:
-    one, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
-    two, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.1)])
-    other, _ = stretch_wrap([Slice(SQUARE, 0.0, 1.2)])
+    one, _ = stretch_wrap([Level(SQUARE, 0.0, 1.1)])
+    two, _ = stretch_wrap([Level(SQUARE, 0.0, 1.1)])
+    other, _ = stretch_wrap([Level(SQUARE, 0.0, 1.2)])
     assert one.name == two.name
     assert one.name != other.name
 
