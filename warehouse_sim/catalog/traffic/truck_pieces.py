@@ -4,6 +4,7 @@ Truck frame while building: x forwards with the forks' faces at x = 0, y left, z
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,20 @@ FORK_LENGTH, FORK_WIDTH, FORK_THICKNESS = 1.15, 0.10, 0.04
 """Blade of a fork arm (m): 40 x 100 x 1150, the usual size for class 2A carriages up to 2 t (ISO 2328, ISO 2330)."""
 FORK_SPREAD = 0.43
 """Distance between the forks' middles (m); both enter the pockets of all EPAL faces."""
+
+
+@dataclass(frozen=True)
+class Mast:
+    """Measures of a lowered mast (m)."""
+
+    height: float
+    """Top above the floor."""
+    width: float
+    """Outer width over the channels."""
+    front: float
+    """x of the front of the channels, behind the forks' faces."""
+    stages: int
+    """Pairs of channels, 2 or 3."""
 
 
 def fork_pair(height: float) -> list[Part]:
@@ -46,30 +61,23 @@ def carriage(height: float, width: float) -> list[Part]:
     return parts
 
 
-def mast(height: float, width: float, front: float, stages: int) -> list[Part]:
-    """Return the channels, ties, lift cylinders and chains of a lowered mast.
-
-    Args:
-        height: Top above the floor (m).
-        width: Outer width over the channels (m).
-        front: x of the front of the channels, behind the forks' faces (m).
-        stages: Pairs of channels, 2 or 3.
-    """
+def mast(kind: Mast) -> list[Part]:
+    """Return the channels, ties, lift cylinders and chains of a lowered mast."""
     depth, web = 0.10, 0.045
     parts, low = [], 0.06
-    for stage in range(stages):
-        half = width / 2 - web / 2 - stage * (web + 0.006)
-        x = front - depth / 2 - 0.012 * (stages - 1 - stage)
-        top = height - 0.03 * stage
+    for stage in range(kind.stages):
+        half = kind.width / 2 - web / 2 - stage * (web + 0.006)
+        x = kind.front - depth / 2 - 0.012 * (kind.stages - 1 - stage)
+        top = kind.height - 0.03 * stage
         for side in (-1.0, 1.0):
             parts.append(box_part((depth, web, top - low), (x, side * half, (top + low) / 2), "mast_black"))
         for z in (top - 0.05, 0.55 * top, 0.30):
             if stage == 0 or z == top - 0.05:
                 back = x - depth / 2 + 0.01
                 parts.append(box_part((0.025, 2 * half, 0.10), (back, 0.0, z), "mast_black"))
-    inner = width / 2 - stages * (web + 0.006) - 0.04
+    inner = kind.width / 2 - kind.stages * (web + 0.006) - 0.04
     for side in (-1.0, 1.0):
-        x, top = front - 0.07, 0.92 * height
+        x, top = kind.front - 0.07, 0.92 * kind.height
         parts.append(mesh_part(rod((x, side * inner, 0.12), (x, side * inner, 0.55 * top), 0.028), "mast_black"))
         parts.append(mesh_part(rod((x, side * inner, 0.55 * top), (x, side * inner, top), 0.018), "chrome"))
         parts.append(box_part((0.012, 0.03, 0.7 * top), (x + 0.045, side * (inner - 0.06), 0.6 * top), "fork_steel"))

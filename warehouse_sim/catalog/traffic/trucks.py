@@ -28,6 +28,7 @@ from warehouse_sim.catalog.traffic.truck_pieces import (
     FORK_SPREAD,
     FORK_THICKNESS,
     FORK_WIDTH,
+    Mast,
     beacon,
     carriage,
     fork_pair,
@@ -120,7 +121,7 @@ _AT_WORK = _Counterbalance(
 def _counterbalance(shape: _Counterbalance, top: float) -> list[Part]:
     """Return the counterbalance truck whose blades have their top at ``top`` (m)."""
     solid, rolling = _style(shape.fine)
-    parts: list[Part] = [*fork_pair(top), *carriage(top, 1.0), *mast(FORKLIFT_HEIGHT, 0.74, -0.11, 2)]
+    parts: list[Part] = [*fork_pair(top), *carriage(top, 1.0), *mast(Mast(FORKLIFT_HEIGHT, 0.74, -0.11, 2))]
     for side in (-1.0, 1.0):
         parts += rolling((-0.47, side * 0.445, 0.23), 0.46, 0.188)
         parts += rolling((-1.66, side * 0.42, 0.205), 0.41, 0.15)
@@ -212,7 +213,7 @@ def reach_parts() -> list[Part]:
 def _reach(top: float, fine: bool) -> list[Part]:
     """Return the reach truck whose blades have their top at ``top`` (m)."""
     solid, rolling = _style(fine)
-    parts: list[Part] = [*fork_pair(top), *carriage(top, 0.8), *mast(REACH_HEIGHT, 0.74, -0.11, 3)]
+    parts: list[Part] = [*fork_pair(top), *carriage(top, 0.8), *mast(Mast(REACH_HEIGHT, 0.74, -0.11, 3))]
     arm = ((-0.70, 0.06), (0.50, 0.06), (0.55, 0.12), (0.55, 0.17), (0.20, 0.22), (-0.70, 0.30))
     hull = ((-1.30, 0.10), (-0.34, 0.10), (-0.34, 0.98), (-0.62, 0.98), (-0.66, 0.42), (-1.30, 0.42))
     back = -1.32 if fine else -1.30

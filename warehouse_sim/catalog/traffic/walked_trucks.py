@@ -17,7 +17,7 @@ from warehouse_sim.catalog.traffic.shapes import (
     side_profile,
     tube,
 )
-from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH, mast
+from warehouse_sim.catalog.traffic.truck_pieces import FORK_LENGTH, Mast, mast
 from warehouse_sim.catalog.traffic.trucks import JACK_FORK, JACK_LOWERED, JACK_SPREAD
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.schema import Part
@@ -122,7 +122,7 @@ def hand_pallet_truck_solids(top: float) -> list[OrientedBox]:
 def stacker_parts() -> list[Part]:
     """Return the pedestrian stacker: pallet-truck forks before a mast, a drive unit with tiller behind."""
     top, paint = STACKER_TOP, "truck_yellow"
-    parts: list[Part] = mast(1.95, 0.66, -0.10, 2)
+    parts: list[Part] = mast(Mast(1.95, 0.66, -0.10, 2))
     for side in (-1.0, 1.0):
         y = side * JACK_SPREAD / 2
         parts += _channel(top, y, "mast_black")
