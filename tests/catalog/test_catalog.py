@@ -48,9 +48,11 @@ def test_collision_boxes_stay_inside_the_object() -> None:
 def test_declared_symmetries_leave_the_shape_unchanged() -> None:
     for name in catalog_names():
         model = catalog_object(name)
+        if len(model.symmetry) == 1:
+            continue
         vertices = model.mesh().vertices
         points = {tuple(row) for row in np.round(vertices, 9) + 0.0}
-        for transform in model.symmetry.transforms:
+        for transform in model.symmetry.transforms[1:]:
             assert {tuple(row) for row in np.round(transform_points(transform, vertices), 9) + 0.0} == points, name
 
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from tests.catalog.covering import volume
-from warehouse_sim.catalog.mesh_files import SUFFIXES, fans, read_parts
+from warehouse_sim.catalog.mesh_files import read_parts
 from warehouse_sim.errors import ConfigError
 
 EXTENTS = (0.4, 0.3, 0.2)
@@ -121,8 +121,3 @@ def test_a_broken_file_is_named(tmp_path: Path, name: str, content: str, message
     (tmp_path / name).write_text(content)
     with pytest.raises(ConfigError, match=message):
         read_parts(tmp_path / name, None, None)
-
-
-def test_polygons_become_fans() -> None:
-    assert fans(np.array([3, 4]), np.array([0, 1, 2, 5, 6, 7, 8])).tolist() == [[0, 1, 2], [5, 6, 7], [5, 7, 8]]
-    assert {".obj", ".ply", ".glb", ".usd"} <= set(SUFFIXES)

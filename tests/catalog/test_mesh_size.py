@@ -30,7 +30,7 @@ def strip(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_obj(path: Path) -> None:
-    vertices, faces = strip(MANY // 10)
+    vertices, faces = strip(MANY // 16)
     with path.open("w") as file:
         np.savetxt(file, vertices, "v %d %d %d")
         np.savetxt(file, faces + 1, "f %d %d %d")

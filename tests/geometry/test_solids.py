@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.mesh import TriangleMesh
+from tests.catalog.covering import volume
 from warehouse_sim.geometry.solids import (
     lathe,
     prism,
@@ -20,11 +20,6 @@ SOLIDS = UNIT | {
     "bottle": lathe(((0.0, 0.0), (0.4, 0.0), (0.4, 1.0), (0.1, 1.2), (0.1, 1.5), (0.0, 1.5))),
     "prism": prism(L_SHAPE, 2.0),
 }
-
-
-def volume(mesh: TriangleMesh) -> float:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 @pytest.mark.parametrize("name", SOLIDS)

@@ -42,7 +42,7 @@ def outdoor_materials() -> tuple[Material, ...]:
         Material("outdoor_line", (0.60, 0.60, 0.57), 0.8, texture="concrete", texture_size=2.0),
     ]
     glow = Material("outdoor_window", (0.80, 0.87, 0.95), 0.1, remission=0.30, emission=420.0)
-    lit = [_lit(item) for item in grounds]
+    lit = [replace(item, remission=0.3, emission=_UNDER_SKY) for item in grounds]
     lamp = Material("outdoor_lamp", (1.0, 0.72, 0.38), 0.5, remission=0.3)
     return (*sky, *lit, glow, lamp)
 
@@ -54,19 +54,6 @@ def _sky(fraction: float, number: int) -> Material:
     luminance = (1 - blend) * _HORIZON[1] + blend * _ZENITH[1]
     return Material(
         f"outdoor_sky_{number}", (red, green, blue), 1.0, texture="concrete", texture_size=150.0, emission=luminance
-    )
-
-
-def _lit(item: Material) -> Material:
-    """Return ``item`` with the luminance of a surface under the open sky."""
-    return Material(
-        item.name,
-        item.base_color,
-        item.roughness,
-        texture=item.texture,
-        texture_size=item.texture_size,
-        remission=0.3,
-        emission=_UNDER_SKY,
     )
 
 

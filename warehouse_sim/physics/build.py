@@ -53,41 +53,30 @@ def to_mjspec(
     for box in solids:
         _add_box(spec.worldbody, box)
     for instance in scene.instances if instances is None else instances:
-        _add_instance(spec, instance, scene.model_of(instance))
+        body, model = _add_body(spec, instance), scene.model_of(instance)
+        if instance.dynamic:
+            body.add_freejoint()
+        _add_solids(body, instance, model, model.collision)
     for block in blocks:
-        _add_block(spec, block, scene)
+        body, T_first_world = _add_body(spec, block[0]), invert(block[0].T_world_object)
+        body.add_freejoint()
+        for item in block:
+            model = scene.model_of(item)
+            placed = [box.placed(T_first_world @ item.T_world_object) for box in model.collision]
+            _add_solids(body, item, model, placed)
     return spec
 
 
-def _add_instance(spec: mujoco.MjSpec, instance: ObjectInstance, model: ObjectModel) -> None:
-    name = str(instance.instance_id)
-    body = spec.worldbody.add_body(
-        name=name,
-        pos=instance.T_world_object[:3, 3],
-        quat=quat_wxyz_from_matrix(instance.T_world_object[:3, :3]),
-    )
-    if instance.dynamic:
-        body.add_freejoint()
-    volumes = [float(np.prod(box.size)) for box in model.collision]
-    for index, (box, volume) in enumerate(zip(model.collision, volumes, strict=True)):
-        _add_box(body, box, name=f"{name}:{index}", mass=model.mass * volume / sum(volumes))
+def _add_body(spec: mujoco.MjSpec, item: ObjectInstance) -> mujoco.MjsBody:
+    T = item.T_world_object
+    return spec.worldbody.add_body(name=str(item.instance_id), pos=T[:3, 3], quat=quat_wxyz_from_matrix(T[:3, :3]))
 
 
-def _add_block(spec: mujoco.MjSpec, members: Sequence[ObjectInstance], scene: SceneSpec) -> None:
-    first = members[0]
-    body = spec.worldbody.add_body(
-        name=str(first.instance_id),
-        pos=first.T_world_object[:3, 3],
-        quat=quat_wxyz_from_matrix(first.T_world_object[:3, :3]),
-    )
-    body.add_freejoint()
-    T_first_world = invert(first.T_world_object)
-    for item in members:
-        model = scene.model_of(item)
-        volumes = [float(np.prod(box.size)) for box in model.collision]
-        for index, (box, volume) in enumerate(zip(model.collision, volumes, strict=True)):
-            placed = box.placed(T_first_world @ item.T_world_object)
-            _add_box(body, placed, name=f"{item.instance_id}:{index}", mass=model.mass * volume / sum(volumes))
+def _add_solids(body: mujoco.MjsBody, item: ObjectInstance, model: ObjectModel, boxes: Sequence[OrientedBox]) -> None:
+    """Add the boxes of an object to the body that it moves with, its mass spread by their volumes."""
+    volumes = [float(np.prod(box.size)) for box in boxes]
+    for index, (box, volume) in enumerate(zip(boxes, volumes, strict=True)):
+        _add_box(body, box, name=f"{item.instance_id}:{index}", mass=model.mass * volume / sum(volumes))
 
 
 def _add_box(body: mujoco.MjsBody, box: OrientedBox, **settings: str | float) -> None:

@@ -13,18 +13,7 @@ from warehouse_sim.catalog.textures.used import LARGE
 from warehouse_sim.catalog.textures.worn import WIDE
 from warehouse_sim.render.textures import TextureImages, read_texture_set
 
-QUICKLY_PAINTED = (
-    "wood",
-    "kraft",
-    "steel",
-    "plastic",
-    "epoxy",
-    "brushed",
-    "galvanised",
-    "plastic_worn",
-    "blockwork",
-    "enamel",
-)
+QUICKLY_PAINTED = ("wood", "brushed", "plastic_worn", "blockwork", "enamel")
 """Of each module of painters; all are compared by the slow test."""
 
 

@@ -135,14 +135,7 @@ def dock_seal(name: str = "dock_seal") -> ObjectModel:
 def dock_sill(name: str = "dock_sill") -> ObjectModel:
     """Build the steel plate that lies outside the wall under a dock's seal, up to the trailer."""
     size = (SEAL_SIZE[0], SEAL_SIZE[1], 0.018)
-    return model_of(
-        name,
-        "dock",
-        417,
-        size,
-        [box_part(size, (0.0, 0.0, 0.0), "fork_steel")],
-        turns=2,
-    )
+    return model_of(name, "dock", 417, size, [box_part(size, (0.0, 0.0, 0.0), "fork_steel")], turns=2)
 
 
 def trailer(name: str = "trailer") -> ObjectModel:

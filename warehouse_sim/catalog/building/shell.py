@@ -30,14 +30,7 @@ _SLABS = {"floor_slab_jointed": "concrete", "floor_slab_epoxy": "epoxy_grey"}
 
 def floor_slab(name: str = "floor_slab") -> ObjectModel:
     """Build the concrete slab; its top is 0.1 m above its centre."""
-    return model_of(
-        name,
-        "floor",
-        201,
-        FLOOR_SIZE,
-        (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),),
-        turns=2,
-    )
+    return model_of(name, "floor", 201, FLOOR_SIZE, (box_part(FLOOR_SIZE, (0.0, 0.0, 0.0), "concrete"),), turns=2)
 
 
 def jointed_slab(name: str = "floor_slab_jointed") -> ObjectModel:

@@ -25,7 +25,6 @@ from warehouse_sim.catalog.loads.artwork import (
     word_width,
 )
 from warehouse_sim.catalog.parts import box_part, fused, model_of
-from warehouse_sim.geometry.pose import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part
 
 
@@ -163,7 +162,7 @@ def carton(sku: str) -> ObjectModel:
         size,
         _plain_parts(item) if item.artwork is None else _printed_parts(item, item.artwork),
         mass=item.density * item.length * item.width * item.height,
-        symmetry=SymmetryGroup.turns("z", 2) if item.artwork is None else SymmetryGroup.trivial(),
+        turns=2 if item.artwork is None else 1,
     )
 
 
@@ -178,18 +177,23 @@ def _plain_parts(item: CartonSku) -> tuple[Part, ...]:
 
 def _printed_parts(item: CartonSku, artwork: Artwork) -> tuple[Part, ...]:
     """Return the body with tape, straps or a band around it, the label's paper and all print, one part a material."""
+    body, tape, *straps = closed_board(item)
+    parts = [body, tape]
+    if artwork.band is not None:
+        low, high = _band_levels(item)
+        band = (item.length - PRINT_SKIN, item.width - PRINT_SKIN, high - low)
+        parts.append(box_part(band, (0.0, 0.0, (low + high) / 2), artwork.band))
+    return (*parts, *straps, *fused([*_handling_marks(item, artwork), *_brand(item, artwork), *_labels(item)]))
+
+
+def closed_board(item: CartonSku) -> list[Part]:
+    """Return the board of a carton that bears print, its closing tape and what straps it has."""
     length, width, height = item.length, item.width, item.height
     skin = 2 * PRINT_SKIN
     body = box_part((length - skin, width - skin, height - PRINT_SKIN), (0.0, 0.0, -PRINT_SKIN / 2), item.board)
     tape = box_part((length, TAPE_WIDTH, TAPE_DROP), (0.0, 0.0, (height - TAPE_DROP) / 2), "tape")
-    parts = [body, tape]
-    if artwork.band is not None:
-        low, high = _band_levels(item)
-        centre, band = (0.0, 0.0, (low + high) / 2), (length - PRINT_SKIN, width - PRINT_SKIN, high - low)
-        parts.append(box_part(band, centre, artwork.band))
-    if artwork.straps:
-        parts += [box_part((STRAP_WIDTH, width, height), (s * 0.27 * length, 0.0, 0.0), "strap") for s in (-1, 1)]
-    return (*parts, *fused([*_handling_marks(item, artwork), *_brand(item, artwork), *_labels(item)]))
+    places = (-0.27 * length, 0.27 * length) if item.artwork is not None and item.artwork.straps else ()
+    return [body, tape, *(box_part((STRAP_WIDTH, width, height), (x, 0.0, 0.0), "strap") for x in places)]
 
 
 def carton_prints(item: CartonSku) -> list[Part]:

@@ -12,11 +12,12 @@ material's opacity is below 1; its id, class and pose are in the scene record li
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.catalog.loads.film_skin import Level
 from warehouse_sim.catalog.parts import box_part, collision_boxes, mesh_part, model_of, slab_part
 from warehouse_sim.geometry.convex import grown
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
@@ -90,50 +91,30 @@ WRAPS = {"wrap_1200x800x1000": (1.2, 0.8, 1.0)}
 """Catalog name -> edges (m) of the block that the film goes around: the one shell that is not made for a load."""
 
 
-@dataclass(frozen=True, eq=False)
-class Slice:
-    """A level of the load with one outline."""
-
-    outline: Float[np.ndarray, "n 2"]
-    """Convex outline that the film follows, counter-clockwise (m)."""
-    low: float
-    """Lower edge (m)."""
-    high: float
-    """Upper edge (m)."""
-
-
 def wrap(name: str) -> ObjectModel:
     """Build the shell called ``name`` ("wrap_1200x800x1000")."""
     length, width, height = WRAPS[name]
     outline = np.array([[-length, -width], [length, -width], [length, width], [-length, width]]) / 2
-    return replace(stretch_wrap([Slice(outline, 0.0, height)])[0], name=name)
+    return replace(stretch_wrap([Level(outline, 0.0, height)])[0], name=name)
 
 
-def stretch_wrap(slices: Sequence[Slice]) -> tuple[ObjectModel, Float[np.ndarray, " 3"]]:
-    """Return film around ``slices``, given from the ground up, and where its centre lies in their frame (m).
+def stretch_wrap(levels: Sequence[Level]) -> tuple[ObjectModel, Float[np.ndarray, " 3"]]:
+    """Return film around ``levels``, given from the ground up, and where its centre lies in their frame (m).
 
     The film has no collision boxes: it follows the goods and is not pushed by them.
     """
-    bands = [band for level in slices for band in _bands(level)]
-    mesh = merge([*bands, _fold(slices[-1])])
+    bands = [band for level in levels for band in _bands(level)]
+    mesh = merge([*bands, _fold(levels[-1])])
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     centre = (low + high) / 2
     centred = TriangleMesh(mesh.vertices - centre, mesh.faces)
     size = high - low
     tag = zlib.crc32(np.round(centred.vertices, 6).tobytes())
-    model = model_of(
-        f"wrap~{tag:08x}",
-        "wrap",
-        OBJ_ID,
-        size,
-        (mesh_part(centred, "stretch_film"),),
-        (),
-        mass=0.25,
-    )
+    model = model_of(f"wrap~{tag:08x}", "wrap", OBJ_ID, size, (mesh_part(centred, "stretch_film"),), (), mass=0.25)
     return model, centre
 
 
-def _bands(level: Slice) -> list[TriangleMesh]:
+def _bands(level: Level) -> list[TriangleMesh]:
     """Return the turns of film around one level; every second one lies over its neighbours."""
     rise = level.high - level.low
     count = max(1, int(np.ceil((rise - OVERLAP) / (FILM_WIDTH - OVERLAP))))
@@ -150,7 +131,7 @@ def _bands(level: Slice) -> list[TriangleMesh]:
     ]
 
 
-def _fold(level: Slice) -> TriangleMesh:
+def _fold(level: Level) -> TriangleMesh:
     """Return the strip that lies on the top of the load, from its edge inwards."""
     outline = level.outline
     middle = outline.mean(axis=0)

@@ -9,15 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog.loads.cartons import (
-    ALL_SKUS,
-    PRINT_SKIN,
-    STRAP_WIDTH,
-    TAPE_DROP,
-    TAPE_WIDTH,
-    CartonSku,
-    carton,
-)
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS, PRINT_SKIN, CartonSku, carton, closed_board
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import Material, ObjectModel, Part
@@ -39,7 +31,7 @@ _ASKEW = 0.035
 def stuck_carton(sku: str, rng: np.random.Generator) -> ObjectModel:
     """Return the carton called ``sku`` with its label and print where ``rng`` puts them; its meaning is unchanged."""
     model, item = carton(sku), ALL_SKUS[sku]
-    parts = (*_body(item), *_prints(item, rng), *_label(item, rng))
+    parts = (*closed_board(item), *_prints(item, rng), *_label(item, rng))
     tag = zlib.crc32(b"".join(part.T_object_part.tobytes() + part.scale.tobytes() for part in parts))
     return replace(model, name=f"{sku}~{tag:08x}", parts=parts, materials=_FACES)
 
@@ -47,18 +39,6 @@ def stuck_carton(sku: str, rng: np.random.Generator) -> ObjectModel:
 def board_of(sku: str) -> str:
     """Return the material of the board of the carton called ``sku``."""
     return ALL_SKUS[sku].board
-
-
-def _body(item: CartonSku) -> list[Part]:
-    """Return board, closing tape and what straps the carton has."""
-    length, width, height = item.length, item.width, item.height
-    skin = 2 * PRINT_SKIN
-    body = box_part((length - skin, width - skin, height - PRINT_SKIN), (0.0, 0.0, -PRINT_SKIN / 2), item.board)
-    tape = box_part((length, TAPE_WIDTH, TAPE_DROP), (0.0, 0.0, (height - TAPE_DROP) / 2), "tape")
-    if item.artwork is None or not item.artwork.straps:
-        return [body, tape]
-    places = (-0.27 * length, 0.27 * length)
-    return [body, tape, *(box_part((STRAP_WIDTH, width, height), (x, 0.0, 0.0), "strap") for x in places)]
 
 
 def _prints(item: CartonSku, rng: np.random.Generator) -> list[Part]:

@@ -19,7 +19,6 @@ from warehouse_sim.catalog.parts import box_part, in_role, mesh_part, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.schema import ObjectModel, Part
 
-_ONE = (1.0, 1.0, 1.0)
 _HOLES, _RIB, _BORDER = (18, 12), 0.014, 0.024
 _RIBS = (0.045, 0.009, 0.006)
 _WALL, _FOOT_RADIUS = 0.004, 0.012

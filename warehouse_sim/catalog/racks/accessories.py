@@ -10,9 +10,8 @@ import numpy as np
 from warehouse_sim.catalog.loads.artwork import moved, on_side, word
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box
 from warehouse_sim.catalog.racks.pallet_racks import BEAM_DEPTH, FRAME_DEPTH, STEP_DEPTH, STEP_HEIGHT
-from warehouse_sim.geometry.pose import SymmetryGroup
 from warehouse_sim.geometry.solids import prism
-from warehouse_sim.schema import ObjectModel, Part
+from warehouse_sim.schema import ObjectModel
 
 MOST_PALLET = 1600
 """What a pallet with its load may weigh (kg) where a rack's drawing sets no limit: a little more than the largest safe
@@ -72,13 +71,14 @@ def mesh_deck(name: str = "mesh_deck") -> ObjectModel:
     for x in (-0.35, 0.0, 0.35):
         parts.append(box_part((0.04, DECK_DEPTH, _CHANNEL), (x, 0.0, (_CHANNEL - STEP_HEIGHT) / 2), "galvanised"))
     size = (DECK_WIDTH, DECK_DEPTH, STEP_HEIGHT)
-    return _rack_piece(name, 117, size, parts, SymmetryGroup.turns("z", 2))
+    return model_of(name, "rack", 117, size, fused(parts), turns=2)
 
 
 def pallet_support_bar(name: str = "pallet_support_bar") -> ObjectModel:
     """Build a bar of 40 mm width that lies across the ledges of two step beams, under a pallet's bottom boards."""
     size = (0.04, DECK_DEPTH, STEP_HEIGHT)
-    return _rack_piece(name, 118, size, [box_part(size, (0.0, 0.0, 0.0), "galvanised")], SymmetryGroup.turns("z", 2))
+    bar = box_part(size, (0.0, 0.0, 0.0), "galvanised")
+    return model_of(name, "rack", 118, size, fused([bar]), turns=2)
 
 
 def upright_guard(name: str = "upright_guard") -> ObjectModel:
@@ -149,7 +149,7 @@ def beam_label(name: str = "beam_label") -> ObjectModel:
         bars.append(box_part((wide, ink, 0.034), (x + wide / 2, face, -0.014), "print_dark"))
         x += wide + 0.004 * gap
     text = [box_part((0.013, ink, 0.016), (at, face, 0.02), "print_dark") for at in np.linspace(-0.036, 0.036, 5)]
-    return _plate(name, 503, (width, 0.001, height), [plate, *bars, *text], 0.01)
+    return model_of(name, "sign", 503, (width, 0.001, height), fused([plate, *bars, *text]), mass=0.01)
 
 
 def frame_label(name: str = "frame_label") -> ObjectModel:
@@ -160,7 +160,8 @@ def frame_label(name: str = "frame_label") -> ObjectModel:
     marks = [((0.016, ink, 0.08), (-0.024, face, 0.02)), ((0.034, ink, 0.016), (0.02, face, 0.052))]
     marks += [((0.034, ink, 0.016), (0.02, face, -0.012)), ((0.016, ink, 0.048), (0.011, face, 0.02))]
     marks += [((0.07, ink, 0.02), (0.0, face, -0.052))]
-    return _plate(name, 504, (width, 0.002, height), [plate, *(box_part(*mark, "guard_black") for mark in marks)], 0.05)
+    figures = [box_part(*mark, "guard_black") for mark in marks]
+    return model_of(name, "sign", 504, (width, 0.002, height), fused([plate, *figures]), mass=0.05)
 
 
 def row_spacer(name: str = "row_spacer") -> ObjectModel:
@@ -168,14 +169,4 @@ def row_spacer(name: str = "row_spacer") -> ObjectModel:
     length = 0.3
     body = box_part((0.04, length - 0.012, 0.06), (0.0, 0.0, 0.0), "rack_blue")
     ends = [box_part((0.08, 0.006, 0.1), (0.0, side * (length - 0.006) / 2, 0.0), "galvanised") for side in (-1.0, 1.0)]
-    return _rack_piece(name, 505, (0.08, length, 0.1), [body, *ends], SymmetryGroup.turns("z", 2))
-
-
-def _plate(name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], mass: float) -> ObjectModel:
-    return model_of(name, "sign", obj_id, size, fused(parts), mass=mass)
-
-
-def _rack_piece(
-    name: str, obj_id: int, size: tuple[float, float, float], parts: list[Part], symmetry: SymmetryGroup
-) -> ObjectModel:
-    return model_of(name, "rack", obj_id, size, fused(parts), symmetry=symmetry)
+    return model_of(name, "rack", 505, (0.08, length, 0.1), fused([body, *ends]), turns=2)

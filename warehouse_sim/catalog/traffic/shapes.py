@@ -12,7 +12,7 @@ from jaxtyping import Float
 from warehouse_sim.catalog.parts import Triple, fused, lofted, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, rotation_x
+from warehouse_sim.geometry.pose import make_transform, rotation_x
 from warehouse_sim.geometry.solids import Outline, lathe, prism, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
@@ -47,7 +47,7 @@ def assembled(
         moved,
         tuple(_cut_back(OrientedBox(T_centre @ box.T_parent_box, box.size), (high - low) / 2) for box in collision),
         mass=mass,
-        symmetry=SymmetryGroup.turns("z", turns) if turns > 1 else SymmetryGroup.trivial(),
+        turns=turns,
     )
 
 

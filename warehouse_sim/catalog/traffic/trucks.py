@@ -45,7 +45,7 @@ from warehouse_sim.schema import ObjectModel, Part
 
 FORKLIFT_WIDTH, FORKLIFT_LENGTH, FORKLIFT_HEIGHT = 1.09, 1.99 + FORK_LENGTH, 2.15
 """Over all, of the counterbalance truck with forks (m)."""
-REACH_WIDTH, REACH_LENGTH, REACH_HEIGHT = 1.27, 1.30 + FORK_LENGTH, 2.80
+REACH_WIDTH, REACH_HEIGHT = 1.27, 2.80
 """Over all, of the reach truck with its mast drawn in (m)."""
 JACK_LOWERED, JACK_FORK, JACK_SPREAD = 0.085, 0.16, 0.38
 """Height of the lowered forks, width of one, distance of their middles (m) of the hand pallet truck."""

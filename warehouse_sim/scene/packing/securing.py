@@ -12,7 +12,7 @@ from jaxtyping import Float
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.film_skin import Level
 from warehouse_sim.catalog.loads.film_winding import wound_film
-from warehouse_sim.catalog.loads.securing import CORNER_POSTS, POST_BOARD, POST_LEG, Slice, stretch_wrap
+from warehouse_sim.catalog.loads.securing import CORNER_POSTS, POST_BOARD, POST_LEG, stretch_wrap
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.convex import area, convex_hull, grown
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
@@ -91,16 +91,15 @@ def film_around(
     flush = area(foot) <= 1.1 * area(levels[0].outline)
     if wound:
         skirt = [Level(foot, floor - _SKIRT, floor)] if flush else []
-        around = [Level(level.outline, level.low, level.high) for level in levels]
-        model, centre = wound_film([*skirt, *around], config.slack.sample(rng))
+        model, centre = wound_film([*skirt, *levels], config.slack.sample(rng))
         return model, make_transform(translation=centre)
-    slices = [Slice(grown(foot, _SLACK), floor - _SKIRT, floor + _SEAM)] if flush else []
-    slices += [Slice(grown(level.outline, _SLACK), level.low, level.high) for level in levels]
+    slices = [Level(grown(foot, _SLACK), floor - _SKIRT, floor + _SEAM)] if flush else []
+    slices += [Level(grown(level.outline, _SLACK), level.low, level.high) for level in levels]
     model, centre = stretch_wrap(slices)
     return model, make_transform(translation=centre)
 
 
-def _levels(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Slice]:
+def _levels(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Level]:
     """Cut the load where its outline gets clearly smaller; pieces are given by their corners (m)."""
     lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
     bounds = [floor]
@@ -112,12 +111,12 @@ def _levels(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[S
             outline = above
     bounds.append(float(tops.max()))
     return [
-        Slice(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
+        Level(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
         for low, high in pairwise(bounds)
     ]
 
 
-def _layers(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Slice]:
+def _layers(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[Level]:
     """Cut the load at the tops of its pieces; what reaches up through several layers is part of each."""
     lows, tops = (np.array([getattr(box[:, 2], side)() for box in corners]) for side in ("min", "max"))
     bounds = [floor]
@@ -126,7 +125,7 @@ def _layers(corners: Sequence[Float[np.ndarray, "_ 3"]], floor: float) -> list[S
             bounds.append(float(top))
     bounds.append(float(tops.max()))
     return [
-        Slice(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
+        Level(_outline(corners, (tops > low + _LEVEL) & (lows < high - _LEVEL)), low, high)
         for low, high in pairwise(bounds)
     ]
 

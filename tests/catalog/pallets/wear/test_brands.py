@@ -1,19 +1,12 @@
+"""Brands, stencils and their letters."""
+
 import numpy as np
 import pytest
 
+from tests.catalog.pallets.wear.used import made, of_material
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets.wear.brands import SKIN
-from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
+from warehouse_sim.catalog.pallets.wear.brands import SKIN, framed_brand, lettering, oval_brand
 from warehouse_sim.geometry.pose import rotation_z
-from warehouse_sim.schema import ObjectModel, Part
-
-
-def made(name: str, **wear: float) -> ObjectModel:
-    return damaged(catalog_object(name), WearConfig(**wear), np.random.default_rng(3))
-
-
-def of_material(model: ObjectModel, material: str) -> list[Part]:
-    return [part for part in model.parts if part.material == material]
 
 
 @pytest.mark.parametrize(("name", "count"), [("epal1", 6), ("epal2", 6), ("epal6", 6), ("epal7", 6), ("gma_48x40", 2)])
@@ -57,3 +50,24 @@ def test_lettering_reads_the_same_after_a_half_turn_of_the_pallet() -> None:
     half_turn[:3, :3] = np.round(rotation_z(np.pi))
     turned = {tuple(np.round((half_turn @ mark.T_object_part)[:3].ravel(), 9) + 0.0) for mark in marks}
     assert places == turned
+
+
+def test_letters_are_drawn_as_their_rows_say() -> None:
+    mesh = lettering(("L",))
+    columns = [tuple(np.round(corner, 6)) for corner in mesh.vertices[mesh.vertices[:, 1] < -0.499][:, :2]]
+    assert (-0.5, -0.5) in columns
+    assert (0.5, -0.5) in columns
+    upper = mesh.vertices[mesh.vertices[:, 1] > 0.0]
+    assert upper[:, 0].max() == pytest.approx(-0.3)  # one of five columns
+
+
+def test_texts_and_frames_fill_the_unit_cube() -> None:
+    for mesh in (lettering(("HT",)), oval_brand("EPAL"), framed_brand(("IPPC", "HT"))):
+        np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), 1.0, atol=1e-9)
+    wide, narrow = (framed_brand((text,)) for text in ("IPPC-0", "I"))
+    assert len(wide.faces) > len(narrow.faces)
+
+
+def test_an_unknown_letter_is_an_error() -> None:
+    with pytest.raises(KeyError):
+        lettering(("Q",))

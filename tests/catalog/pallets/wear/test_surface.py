@@ -1,18 +1,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets.wear.damaged import WearConfig, damaged
+from tests.catalog.pallets.wear.used import made, of_material
 from warehouse_sim.catalog.pallets.wear.surface import stain_shape
-from warehouse_sim.schema import ObjectModel, Part
-
-
-def made(name: str, **wear: float) -> ObjectModel:
-    return damaged(catalog_object(name), WearConfig(**wear), np.random.default_rng(3))
-
-
-def of_material(model: ObjectModel, material: str) -> list[Part]:
-    return [part for part in model.parts if part.material == material]
 
 
 def test_nails_sit_on_the_deck_above_what_carries_it() -> None:

@@ -17,3 +17,13 @@ def ruined(name: str, seed: int, wear: WearConfig) -> ObjectModel:
 def wood(model: ObjectModel) -> list[Part]:
     """Return the boards and blocks, without what lies on them."""
     return [part for part in model.parts if part.material.startswith(("pallet", "galvanised", "plastic"))]
+
+
+def made(name: str, **wear: float) -> ObjectModel:
+    """Return the catalog object ``name`` after wear by its fields, the same each time."""
+    return damaged(catalog_object(name), WearConfig(**wear), np.random.default_rng(3))
+
+
+def of_material(model: ObjectModel, material: str) -> list[Part]:
+    """Return the parts of one material."""
+    return [part for part in model.parts if part.material == material]

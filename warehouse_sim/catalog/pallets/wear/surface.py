@@ -1,6 +1,6 @@
 """Aging of boards: their colours, and nail heads, stains and bare patches as thin solids that lie on them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -38,29 +38,22 @@ def aged(members: list[Member], age: float, rng: np.random.Generator) -> list[Me
         age: 0 keeps every material, 1 brings it to the last stage; pieces differ, and some have been replaced.
         rng: Stream to draw from.
     """
-    moulded = _Sample.of(age, rng)  # what is moulded in one piece ages as one
-    return [_older(member, age, moulded if member.role == "moulded" else _Sample.of(age, rng)) for member in members]
+
+    def chance() -> tuple[float, bool]:
+        """Return how unevenly one piece ages and whether it was replaced."""
+        return rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_FRACTION * age)
+
+    moulded = chance()  # what is moulded in one piece ages as one
+    return [_older(member, age, *(moulded if member.role == "moulded" else chance())) for member in members]
 
 
-@dataclass(frozen=True)
-class _Sample:
-    """What chance does to one piece."""
-
-    unevenness: float
-    repaired: bool
-
-    @classmethod
-    def of(cls, age: float, rng: np.random.Generator) -> "_Sample":
-        return cls(rng.normal(0.0, _UNEVENNESS), bool(rng.random() < _REPAIRED_FRACTION * age))
-
-
-def _older(member: Member, age: float, draw: _Sample) -> Member:
+def _older(member: Member, age: float, unevenness: float, replaced: bool) -> Member:
     stages = next((line for line in STAGES if member.body.material in line), ())
     if not stages:
         return member
     first, last = stages.index(member.body.material), len(stages) - 1
-    fraction = np.clip(age + draw.unevenness * np.sqrt(age), 0.0, 1.0) ** 1.2
-    is_new = draw.repaired and member.role in _REPLACED
+    fraction = np.clip(age + unevenness * np.sqrt(age), 0.0, 1.0) ** 1.2
+    is_new = replaced and member.role in _REPLACED
     stage = 0 if is_new else first + int(np.round(fraction * (last - first)))
     body = replace(member.body, material=stages[stage])
     return replace(member, body=body, parts=(body,))

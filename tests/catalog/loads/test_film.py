@@ -1,7 +1,9 @@
+"""Stretch film as a machine winds it."""
+
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, _simplified, film_skin
+from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, Sheet, _simplified, film_skin, laid_on
 from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.convex import convex_hull
@@ -108,3 +110,31 @@ def test_flat_corners_are_left_out_one_by_one() -> None:
             np.testing.assert_array_equal(kept, simplified_whole(outline))
             found.add((len(outline) > len(kept), len(kept) > 4))
     assert len(found) == 4
+
+
+def sheet(rng: np.random.Generator, count: int, proud: float = 0.0) -> Sheet:
+    column, height = np.sort(rng.uniform(0, COLUMNS, (2, count)), axis=1), rng.uniform(0.0, 1.0, (2, count))
+    return Sheet(column, height, proud, rng.random(count) < 0.6 if count % 2 else None)
+
+
+def test_sheets_laid_at_once_are_those_laid_point_by_point() -> None:
+    rng = np.random.default_rng(3)
+    skin = film_skin([Level(SQUARE, 0.0, 0.5), Level(SQUARE * 0.8, 0.5, 1.0)], 0.004, 0.7, rng)
+    sheets = {"thin": [sheet(rng, 7), sheet(rng, 4, 0.001)], "none": [], "dense": [sheet(rng, 9, 0.004)]}
+    meshes = laid_on(skin, sheets)
+    assert list(meshes) == ["thin", "none", "dense"]
+    assert len(meshes["none"].faces) == len(meshes["none"].vertices) == 0
+    for name, group in sheets.items():
+        triangles = []
+        for item in group:
+            low, high = (
+                [skin.points(np.array([c]), np.array([h]), item.proud)[0] for c, h in zip(*line, strict=True)]
+                for line in zip(item.column, item.height, strict=True)
+            )
+            spans = [
+                i for i in range(len(low) - 1) if item.wide is None or item.wide[i] or item.wide[i + 1]
+            ]  # what lies between two narrow places is left out
+            triangles += [(low[i], low[i + 1], high[i + 1]) for i in spans]
+            triangles += [(low[i], high[i + 1], high[i]) for i in spans]
+        found = meshes[name].vertices[meshes[name].faces]
+        np.testing.assert_array_equal(found, np.array(triangles).reshape(-1, 3, 3))
