@@ -41,7 +41,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
+from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import ObjectModel, SceneSpec
 

@@ -14,7 +14,7 @@ from jaxtyping import Float
 from warehouse_sim.dataset.files.plain import decimal, integer
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import lens_of
+from warehouse_sim.geometry.lens import lens_of
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y
 from warehouse_sim.schema import ObjectAnnotation
 

@@ -26,7 +26,7 @@ from warehouse_sim.dataset.stored.observation_record import lidar_leans
 from warehouse_sim.dataset.stored.recipe_contents import lidar_tilts
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye, Lens
+from warehouse_sim.geometry.lens import Fisheye, Lens
 from warehouse_sim.geometry.level_view import upright
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y
 from warehouse_sim.output import make_folder, write_bytes

@@ -25,8 +25,7 @@ from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError, shown
-from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh_file import load_mesh
+from warehouse_sim.geometry.mesh import TriangleMesh, load_mesh
 
 _MODEL = re.compile(r"obj_(\d{1,6})\.(ply|stl|obj)", re.IGNORECASE)
 _FOLDER = re.compile(r"\d{1,6}")

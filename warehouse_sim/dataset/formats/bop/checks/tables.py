@@ -25,7 +25,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Lens, same_lens
+from warehouse_sim.geometry.lens import Lens, same_lens
 
 _KEYS = ("fx", "fy", "cx", "cy")
 

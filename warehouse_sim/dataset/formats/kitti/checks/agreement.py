@@ -25,7 +25,7 @@ from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import same_lens
+from warehouse_sim.geometry.lens import same_lens
 from warehouse_sim.geometry.pose import Transform, invert
 
 _FEW_PIXELS = 30

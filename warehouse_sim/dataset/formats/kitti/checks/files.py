@@ -23,7 +23,7 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
 from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib, parse_lidars
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.fisheye import Fisheye
+from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 
 _SAME_PLACE = 1e-5
