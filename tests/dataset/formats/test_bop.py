@@ -1,16 +1,12 @@
-import itertools
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from pycocotools import mask as coco_mask
 
 from tests.dataset.toy import CAMERA, CARTON, PALLET, make_dataset, make_manifest, make_scene, observe
-from warehouse_sim.dataset.files.run_lengths import run_lengths
 from warehouse_sim.dataset.formats.bop.models import even_mesh, symmetry_rows, write_models
 from warehouse_sim.dataset.formats.bop.writer import BopWriter, TargetLists
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -68,34 +64,6 @@ def test_gt_info_follows_the_toolkit_definitions(toy_root: Path) -> None:
         truncated += canvas.sum() > inside.sum()
     assert rows[0]["visib_fract"] < 0.9, "the carton must hide a part of the first pallet"
     assert truncated == 1
-
-
-def masks_that_end_anywhere() -> Iterator[np.ndarray]:
-    """Yield the masks whose runs begin or end where a column, the used part or the image does, and many at random."""
-    yield np.zeros((13, 19), dtype=bool)
-    yield np.ones((13, 19), dtype=bool)
-    for row, column in itertools.product((0, 6, -1), (0, 9, -1)):
-        for rows, columns in itertools.product((row, slice(None)), (column, slice(None))):
-            mask = np.zeros((13, 19), dtype=bool)
-            mask[rows, columns] = True
-            yield mask
-    rng = np.random.default_rng(20)
-    for _ in range(2000):
-        height, width = rng.integers(1, 14, 2)
-        mask = np.zeros((height, width), dtype=bool)
-        (top, bottom), (left, right) = (np.sort(rng.integers(0, size + 1, 2)) for size in (height, width))
-        mask[top:bottom, left:right] = rng.random((bottom - top, right - left)) < rng.choice([0.2, 0.6, 1.0])
-        yield mask
-
-
-def test_run_lengths_equal_pycocotools() -> None:
-    for mask in masks_that_end_anywhere():
-        runs = run_lengths(mask)
-        height, width = mask.shape
-        encoded = coco_mask.frPyObjects(runs, height, width)
-        assert encoded["counts"] == coco_mask.encode(np.asfortranarray(mask, np.uint8))["counts"], mask
-        assert sum(runs["counts"]) == mask.size
-        assert np.array_equal(coco_mask.decode(encoded), mask)
 
 
 @pytest.mark.parametrize("kind", ["models", "models_eval"])

@@ -4,10 +4,9 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tests.dataset.defects import edit_image, edit_json, edit_text, remove
+from tests.dataset.defects import black, edit_image, edit_json, edit_text, remove
 from tests.dataset.toy import failures, make_dataset, make_manifest
 from warehouse_sim.dataset.validate import validate
 
@@ -18,10 +17,6 @@ CHECKS |= {"yolo files", "yolo labels", "yolo and bop boxes"}
 
 def first(change: Callable) -> Callable:
     return lambda data: change(data["annotations"][0])
-
-
-def black(image: np.ndarray) -> np.ndarray:
-    return np.zeros_like(image)
 
 
 def test_a_sound_dataset_passes(images_root: Path) -> None:

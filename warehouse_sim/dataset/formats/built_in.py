@@ -10,6 +10,7 @@ from typing import Any
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
+from warehouse_sim.dataset.formats.observation_files import require_depth_fits
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.output import writing
@@ -32,6 +33,8 @@ class BuiltIn:
     """Outputs that it has a place for, those among them."""
     third_party_checks_at: str = ""
     """Checks of third-party folders only; empty = none."""
+    steps_per_metre: float | None = None
+    """Of its depth images in 16 bits; None = it has no such images."""
 
     @property
     def checks(self) -> Sequence[NamedCheck]:
@@ -46,7 +49,9 @@ class BuiltIn:
         return found
 
     def reject(self, manifest: Manifest) -> None:
-        """Reject nothing; formats that cannot hold everything say what they cannot."""
+        """Reject depth beyond 16 bits; formats that cannot hold everything else say what they cannot."""
+        if self.steps_per_metre is not None:
+            require_depth_fits(manifest.contents, self.steps_per_metre, self.name)
 
     def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
         """Return a writer into the format's folder."""

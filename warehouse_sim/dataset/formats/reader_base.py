@@ -67,6 +67,14 @@ class FileReader(ReaderBase):
         """Read the depth image: metres along the optical axis, 0 = no reading."""
         return metres(decode_any_depth(self._file(image, "depth")), image)
 
+    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Read the mask of a target's visible pixels."""
+        raise NotImplementedError
+
+    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
+        """Read the same mask, where there is no other: what is hidden of a target nobody knows."""
+        return self.mask_visible(image, gt_index)
+
     def _file(self, image: ImageRecord, kind: str) -> Path:
         """Return the file of an image, "rgb" or "depth"."""
         raise NotImplementedError

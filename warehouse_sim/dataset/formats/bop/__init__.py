@@ -5,9 +5,8 @@ from pathlib import Path
 
 from warehouse_sim.dataset.formats import FormatReader
 from warehouse_sim.dataset.formats.built_in import BuiltIn
-from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
+from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.stored.contents import Contents
 from warehouse_sim.schema.outputs import CODINGS, Output
 
@@ -94,10 +93,6 @@ def bop_layout(root: Path) -> BopLayout:
 class BopFormat(BuiltIn):
     """Images, masks and JSON tables, scene by scene; what training and scoring read."""
 
-    def reject(self, manifest: Manifest) -> None:
-        """Reject depth beyond 16 bits."""
-        require_depth_fits(manifest.contents, MILLIMETRES, NAME)
-
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/bop``, or of a third-party folder."""
         if DatasetLayout(root).manifest.is_file():
@@ -122,4 +117,5 @@ FORMAT = BopFormat(
     needs=("poses",),
     holds=("rgb", "depth", "masks", "amodal_masks", "poses", "clean", *CODINGS),
     third_party_checks_at="warehouse_sim.dataset.formats.bop.checks.third_party:THIRD_PARTY_CHECKS",
+    steps_per_metre=MILLIMETRES,
 )

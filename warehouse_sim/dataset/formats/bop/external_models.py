@@ -115,7 +115,15 @@ def described_object(
 def _read_mesh(files: dict[str, dict[int, Path]], obj_id: int, even: bool) -> TriangleMesh:
     """Read a mesh in metres; where one kind is missing the other stands for it."""
     ordered = sorted(files, key=lambda name: name == _EVEN, reverse=even)
-    path = next(files[name][obj_id] for name in ordered if obj_id in files[name])
+    return read_mesh_mm(next(files[name][obj_id] for name in ordered if obj_id in files[name]))
+
+
+def read_mesh_mm(path: Path) -> TriangleMesh:
+    """Read a mesh of any origin that is in millimetres; it comes in metres.
+
+    Raises:
+        DatasetError: It cannot be read.
+    """
     try:
         mesh = load_mesh(path)
     except ValueError as problem:

@@ -170,12 +170,13 @@ class BopWriter(WriterBase):
         targets.write(self._layout.root)
 
 
-_IMAGE_FILES: dict[str, Callable[[ObservationFiles], SharedFile]] = {
+IMAGE_FILES: dict[str, Callable[[ObservationFiles], SharedFile]] = {
     "rgb": attrgetter("rgb"),
     "depth": attrgetter("depth_mm"),
     "rgb_clean": attrgetter("rgb_clean"),
     "depth_clean": attrgetter("depth_clean_mm"),
 }
+"""Kinds of images -> what an observation calls their files."""
 _MASK_FILES: dict[str, Callable[[LabelledTarget], SharedFile]] = {
     "mask": attrgetter("mask_png"),
     "mask_visib": attrgetter("mask_visible_png"),
@@ -211,7 +212,7 @@ class BopSceneWriter(SceneWriterBase):
         image_id = observation.observation_index
         where = f"BOP, scene {observation.scene_index}, observation {image_id}"
         for kind in self._images_of:
-            _IMAGE_FILES[kind](files).save(self._layout.image(kind, image_id))
+            IMAGE_FILES[kind](files).save(self._layout.image(kind, image_id))
         for kind, encode in self._exact.items():
             write_bytes(self._layout.image(kind, image_id), encode(observation))
         for gt_index, target in enumerate(files.targets):

@@ -1,16 +1,14 @@
 """Point clouds as files that every viewer opens: PLY and PCD, with poses and calibration beside."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import read_transform, take
 from warehouse_sim.dataset.files.point_table import SWEEP_FIELDS
-from warehouse_sim.dataset.formats import DatasetWriter
+from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import read_ply_cloud
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -74,53 +72,26 @@ def cloud_layout(root: Path, name: str) -> CloudLayout:
     return CloudLayout(DatasetLayout(root).format_folder(name), name)
 
 
-class CloudFormat:
+class CloudFormat(BuiltIn):
     """One cloud a sensor and observation, in the sensor's own frame; it is for looking and measuring, not for training.
 
-    Args:
-        name: "ply" or "pcd", which is the ending of its files, too.
+    Its name, "ply" or "pcd", is the ending of its files, too.
     """
-
-    needs: tuple[Output, ...] = ("rgb", "depth", "poses")
-    holds: tuple[Output, ...] = (*needs, "lidar")
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    @property
-    def name(self) -> str:
-        """As in ``--formats``."""
-        return self._name
-
-    @property
-    def checks(self) -> Sequence[NamedCheck]:
-        """Checks of its files against the scene records."""
-        from warehouse_sim.dataset.formats.clouds.checks import checks_of
-
-        return checks_of(self._name)
-
-    def reject(self, manifest: Manifest) -> None:
-        """Reject nothing: each sensor of a rig has a cloud or none."""
-
-    def writer(self, root: Path, manifest: Manifest) -> DatasetWriter:
-        """Return a writer into the folder of the format's name."""
-        from warehouse_sim.dataset.formats.clouds.writer import CloudWriter
-
-        return CloudWriter(root, manifest, self._name)
-
-    def reader(self, root: Path) -> None:
-        """Return nothing: clouds have neither images nor masks."""
 
     def sweep(self, root: Path, manifest: Manifest, image: ImageRecord) -> MountedReading[LidarScan] | None:
         """Read the main LiDAR's sweep of an image of a dataset with a manifest; None where the rig has none."""
-        from warehouse_sim.dataset.formats.clouds import stored_sweep
-
-        return stored_sweep(root, self._name, image)
-
-    def recognises(self, root: Path) -> bool:
-        """Return that no folder is read."""
-        return False
+        return stored_sweep(root, self.name, image)
 
 
-PLY, PCD = CloudFormat("ply"), CloudFormat("pcd")
+_NEEDS: tuple[Output, ...] = ("rgb", "depth", "poses")
+PLY, PCD = (
+    CloudFormat(
+        name,
+        checks_at=f"warehouse_sim.dataset.formats.clouds.checks:{name.upper()}_CHECKS",
+        writer_at=f"warehouse_sim.dataset.formats.clouds.writer:{name.title()}Writer",
+        needs=_NEEDS,
+        holds=(*_NEEDS, "lidar"),
+    )
+    for name in READERS
+)
 """Stanford's format of polygons, and that of the Point Cloud Library."""

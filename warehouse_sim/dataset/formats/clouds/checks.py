@@ -30,14 +30,6 @@ _ENOUGH = 20
 Place = tuple[Split, int, int]
 
 
-def checks_of(name: str) -> Sequence[NamedCheck]:
-    """Return the checks of the format of that name."""
-    return (
-        NamedCheck(f"{name} files", partial(files, name=name)),
-        NamedCheck(f"{name} clouds", partial(clouds, name=name)),
-    )
-
-
 def files(subject: Subject, name: str) -> Findings:
     """Each scene's folder holds the clouds that the descriptions name and nothing else."""
     findings, layout = Findings(), cloud_layout(subject.root, name)
@@ -135,3 +127,13 @@ def _boxes(
         offs.append(float(np.median(np.linalg.norm(outside, axis=1))) - _OFF_FRACTION * far)
     off = float(np.median(offs)) if offs else 0.0
     findings.require(off < _OFF_BOX, f"{path}: points of objects lie {off:.3f} m off their boxes; metres are expected")
+
+
+def _checks_of(name: str) -> Sequence[NamedCheck]:
+    return (
+        NamedCheck(f"{name} files", partial(files, name=name)),
+        NamedCheck(f"{name} clouds", partial(clouds, name=name)),
+    )
+
+
+PLY_CHECKS, PCD_CHECKS = _checks_of("ply"), _checks_of("pcd")

@@ -1,9 +1,8 @@
 """Write clouds: the sweep of each LiDAR and the coloured cloud of the camera, each in its own frame."""
 
-import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.files.record import camera_row
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.formats.clouds import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
@@ -18,7 +18,7 @@ from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.output import make_folder, write_bytes, writing
+from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import CAMERA, ObjectModel, Observation, SceneSpec
 from warehouse_sim.schema.classes import class_number
 
@@ -38,33 +38,43 @@ _README = """# Point clouds
 _COLORS = {"ply": "red green blue", "pcd": "rgb"}
 
 
-class CloudWriter:
+class CloudWriter(WriterBase):
     """Write clouds as ``NAME/{train,val,test}/%06d/%06d_SENSOR.NAME``."""
 
-    def __init__(self, root: Path, manifest: Manifest, name: str) -> None:
-        self._name, self._manifest, self._layout = name, manifest, cloud_layout(root, name)
+    name: ClassVar[str]
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        super().__init__(root, manifest)
+        self._layout = cloud_layout(root, self.name)
 
     def begin(self, models: Sequence[ObjectModel], camera: PinholeCamera) -> None:
         """Write the description."""
         make_folder(self._layout.root)
-        text = _README.format(ending=self._name, color=_COLORS[self._name])
+        text = _README.format(ending=self.name, color=_COLORS[self.name])
         write_bytes(self._layout.root / "README.md", text.encode("ascii"), durable=True)
 
     def scene(self, scene: SceneSpec) -> "CloudSceneWriter":
         """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         folder = self._layout.scene(split, scene.scene_index)
-        if folder.exists():
-            with writing(folder):
-                shutil.rmtree(folder)
+        remove_folder(folder)
         make_folder(folder)
         return CloudSceneWriter(self._layout, split, scene)
 
-    def finish(self) -> None:
-        """Do nothing: no file of this format needs all scenes."""
+
+class PlyWriter(CloudWriter):
+    """Write them as PLY."""
+
+    name = "ply"
 
 
-class CloudSceneWriter:
+class PcdWriter(CloudWriter):
+    """Write them as PCD."""
+
+    name = "pcd"
+
+
+class CloudSceneWriter(SceneWriterBase):
     """Write the clouds of one scene."""
 
     def __init__(self, layout: CloudLayout, split: Split, scene: SceneSpec) -> None:
@@ -84,9 +94,6 @@ class CloudSceneWriter:
         present = sorted({int(number) for table in tables.values() for number in np.unique(table["instance_id"])} - {0})
         named = {number: classes[number] for number in present if number in classes}
         write_json(self._layout.description(*place), _description(observation, tables, named))
-
-    def finish(self) -> None:
-        """Do nothing: no file of this format covers a scene."""
 
 
 def _description(observation: Observation, tables: dict[str, Table], classes: dict[int, str]) -> dict[str, Any]:

@@ -149,10 +149,6 @@ class FolderReader(FileReader):
         """Read the mask of a target."""
         return require_size(decode_any_mask(self._frames[image.image_id].masks[gt_index]), image, "mask")
 
-    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of a target: what is hidden of it nobody knows."""
-        return self.mask_visible(image, gt_index)
-
     def _file(self, image: ImageRecord, kind: str) -> Path:
         frame = self._frames[image.image_id]
         return frame.rgb if kind == "rgb" else frame.depth

@@ -9,7 +9,6 @@ import numpy as np
 
 from warehouse_sim.dataset.formats import FormatReader
 from warehouse_sim.dataset.formats.built_in import BuiltIn
-from warehouse_sim.dataset.formats.observation_files import require_depth_fits
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.records import ImageRecord
@@ -147,7 +146,7 @@ class KittiFormat(BuiltIn):
         """Reject views far below the horizon, a rig without LiDAR, long class names, too many frames, far depth."""
         for problem in misfits(manifest):
             raise DatasetError(f"KITTI: {problem}, or leave kitti out of --formats")
-        require_depth_fits(manifest.contents, STEPS_PER_METRE, self.name)
+        super().reject(manifest)
 
     def reader(self, root: Path) -> FormatReader | None:
         """Return a reader of a folder without a manifest; None of one with it: what leans has no box, nothing a mask.
@@ -180,4 +179,5 @@ FORMAT = KittiFormat(
     writer_at="warehouse_sim.dataset.formats.kitti.writer:KittiWriter",
     needs=("rgb", "depth", "poses", "lidar"),
     holds=("rgb", "depth", "poses", "lidar", "right", "clean"),
+    steps_per_metre=STEPS_PER_METRE,
 )

@@ -5,6 +5,7 @@ drives, so that one says little of the next, and an interval over scenes counts 
 """
 
 import logging
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
@@ -198,16 +199,9 @@ class ExternalKittiReader(FileReader):
         stored, T_camera_lidar = self._sweep(frame), self._calibration(frame).T_camera_lidar
         if stored is None or T_camera_lidar is None:
             return None
-        ring, time = (np.zeros((2, len(stored.points)), "f4")) if stored.beams is None else stored.beams.T
         ids = _ids_by_box(image, stored, T_camera_lidar) if stored.instance_ids is None else stored.instance_ids
-        scan = LidarScan(
-            stored.points,
-            np.clip(stored.intensity, 0.0, 1.0),
-            ids.astype(np.int32),
-            np.rint(ring).astype(np.int32),
-            time.astype(np.float32),
-        )
-        return MountedReading(T_camera_lidar, scan)
+        scan = stored.scan(ids)
+        return MountedReading(T_camera_lidar, replace(scan, intensity=np.clip(scan.intensity, 0.0, 1.0)))
 
     @cached_property
     def _numbers(self) -> dict[str, int]:

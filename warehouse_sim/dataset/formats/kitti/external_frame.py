@@ -40,14 +40,7 @@ def stored_sweep(root: Path, manifest: Manifest, image: ImageRecord) -> MountedR
     if stored is None or stored.instance_ids is None or stored.beams is None or T_level_lidar is None:
         raise DatasetError(f"{frame.folder}: frame {frame.name} lacks velodyne, its ids, its beams or its calibration")
     T_camera_level = invert(image.T_world_camera) @ levelled(image.T_world_camera)
-    scan = LidarScan(
-        stored.points,
-        stored.intensity,
-        stored.instance_ids.astype(np.int32),
-        np.rint(stored.beams[:, 0]).astype(np.int32),
-        stored.beams[:, 1].astype(np.float32),
-    )
-    return MountedReading(T_camera_level @ T_level_lidar, scan)
+    return MountedReading(T_camera_level @ T_level_lidar, stored.scan(stored.instance_ids))
 
 
 _NEAREST = 0.1
@@ -201,6 +194,12 @@ class StoredSweep:
     """Ring and time (s), "n 2"; None where the folder has none."""
     dropped: int
     """Points of the file that were left out because a number of theirs is not finite."""
+
+    def scan(self, instance_ids: np.ndarray) -> LidarScan:
+        """Return the sweep of points with these ids; without beams rings and times are 0."""
+        ring, time = np.zeros((2, len(self.points)), "f4") if self.beams is None else self.beams.T
+        ids, rings = instance_ids.astype(np.int32), np.rint(ring).astype(np.int32)
+        return LidarScan(self.points, self.intensity, ids, rings, time.astype(np.float32))
 
 
 def read_sweep(frame: KittiFrame) -> StoredSweep | None:

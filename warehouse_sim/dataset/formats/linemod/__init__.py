@@ -10,7 +10,7 @@ import yaml
 
 from warehouse_sim.dataset.formats import FormatReader
 from warehouse_sim.dataset.formats.built_in import BuiltIn
-from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
+from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.errors import DatasetError
@@ -109,7 +109,7 @@ class LinemodFormat(BuiltIn):
 
     def reject(self, manifest: Manifest) -> None:
         """Reject depth beyond 16 bits and cameras with a lens."""
-        require_depth_fits(manifest.contents, MILLIMETRES, NAME)
+        super().reject(manifest)
         if manifest.contents.distortion is not None:
             raise DatasetError(NO_LENS)
 
@@ -134,4 +134,5 @@ FORMAT = LinemodFormat(
     writer_at="warehouse_sim.dataset.formats.linemod.writer:LinemodWriter",
     needs=("rgb", "depth", "masks", "poses"),
     holds=("rgb", "depth", "masks", "poses"),
+    steps_per_metre=MILLIMETRES,
 )

@@ -16,7 +16,7 @@ from jaxtyping import Bool
 from warehouse_sim.dataset.files.image_io import decode_any_mask, image_size_wh
 from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
-from warehouse_sim.dataset.formats.bop.external_models import described_object
+from warehouse_sim.dataset.formats.bop.external_models import described_object, read_mesh_mm
 from warehouse_sim.dataset.formats.bop.external_split import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
 from warehouse_sim.dataset.formats.linemod import LinemodLayout, read_yaml_table
@@ -25,7 +25,7 @@ from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError, shown
-from warehouse_sim.geometry.mesh import TriangleMesh, load_mesh
+from warehouse_sim.geometry.mesh import TriangleMesh
 
 _MODEL = re.compile(r"obj_(\d{1,6})\.(ply|stl|obj)", re.IGNORECASE)
 _FOLDER = re.compile(r"\d{1,6}")
@@ -89,10 +89,6 @@ class LinemodReader(FileReader):
             return require_size(decode_any_mask(path), image, "mask")
         return box_mask(image.targets[0].box_visible_xyxy, image.camera)
 
-    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the mask of the target's visible pixels, the only one that there is."""
-        return self.mask_visible(image, gt_index)
-
     def _file(self, image: ImageRecord, kind: str) -> Path:
         return self._folders[image.scene_id] / kind / f"{image.image_id:04d}.png"
 
@@ -135,11 +131,7 @@ class LinemodReader(FileReader):
     def _read_mesh(self, obj_id: int, even: bool) -> TriangleMesh:
         if obj_id not in self._meshes:
             raise DatasetError(f"{self._layout.model(obj_id)}: there is no mesh of object {obj_id}")
-        try:
-            mesh = load_mesh(self._meshes[obj_id])
-        except ValueError as problem:
-            raise DatasetError(f"{self._meshes[obj_id]}: cannot be read ({problem}); export it again") from problem
-        return TriangleMesh(mesh.vertices / 1000.0, mesh.faces)
+        return read_mesh_mm(self._meshes[obj_id])
 
 
 def object_folders(root: Path) -> list[Path]:

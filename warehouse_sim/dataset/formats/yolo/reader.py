@@ -193,10 +193,6 @@ class YoloReader(ImagesOnly):
             return box_mask(image.targets[gt_index].box_visible_xyxy, image.camera, halves_up=True)
         return _filled(label.polygon, image.camera.width, image.camera.height)
 
-    def mask(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Read the same mask: labels hold no other."""
-        return self.mask_visible(image, gt_index)
-
     def _file(self, image: ImageRecord, kind: str) -> Path:
         return self._paths(image.split)[image.image_id]
 

@@ -11,9 +11,8 @@ from pathlib import Path
 from warehouse_sim.dataset.formats import FormatReader
 from warehouse_sim.dataset.formats.bop import BopLayout
 from warehouse_sim.dataset.formats.built_in import BuiltIn
-from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
+from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 from warehouse_sim.dataset.layout import DatasetLayout
-from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.schema.outputs import Output
 
 NAME, COMPACT = "bop_webdataset", "bop_compact"
@@ -72,10 +71,6 @@ class ShardsFormat(BuiltIn):
     Third-party shards are the format ``bop``'s, as all of BOP's folders are, whatever their images lie in.
     """
 
-    def reject(self, manifest: Manifest) -> None:
-        """Reject depth beyond 16 bits."""
-        require_depth_fits(manifest.contents, MILLIMETRES, self.name)
-
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/bop_webdataset`` or ``root/bop_compact``."""
         from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL
@@ -91,6 +86,7 @@ FORMAT = ShardsFormat(
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:ShardsWriter",
     needs=("poses",),
     holds=_HELD,
+    steps_per_metre=MILLIMETRES,
 )
 COMPACT_FORMAT = ShardsFormat(
     COMPACT,
@@ -98,4 +94,5 @@ COMPACT_FORMAT = ShardsFormat(
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:CompactWriter",
     needs=("poses",),
     holds=_HELD,
+    steps_per_metre=MILLIMETRES,
 )

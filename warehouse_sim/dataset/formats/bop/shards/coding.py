@@ -12,6 +12,7 @@ from warehouse_sim.dataset.files.run_lengths import compressed
 from warehouse_sim.dataset.formats.bop import image_kinds, mask_kinds
 from warehouse_sim.dataset.formats.bop.shards import COMPACT, NAME
 from warehouse_sim.dataset.formats.bop.tables import camera_row, pose_row, visibility_row
+from warehouse_sim.dataset.formats.bop.writer import IMAGE_FILES
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, ObservationFiles
 from warehouse_sim.dataset.stored.contents import Contents
 
@@ -58,7 +59,7 @@ class Coding:
             },
             **{
                 f"{kind}.{self.colour if kind.startswith('rgb') else 'png'}": (
-                    _SMALL_IMAGES[kind](files) if self.compact else _IMAGES[kind](files)
+                    _SMALL_IMAGES[kind](files) if self.compact else IMAGE_FILES[kind](files).data
                 )
                 for kind in image_kinds(contents)
             },
@@ -73,14 +74,6 @@ class Coding:
 
 LOSSLESS = Coding(NAME, "png")
 SMALL = Coding(COMPACT, "jpg")
-
-
-_IMAGES: dict[str, Callable[[ObservationFiles], bytes]] = {
-    "rgb": lambda files: files.rgb.data,
-    "depth": lambda files: files.depth_mm.data,
-    "rgb_clean": lambda files: files.rgb_clean.data,
-    "depth_clean": lambda files: files.depth_clean_mm.data,
-}
 
 
 def _small_depth(files: ObservationFiles) -> bytes:
