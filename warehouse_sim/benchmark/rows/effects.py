@@ -21,7 +21,7 @@ _MOVED = 0.02
 Key = tuple[int, int, int]
 """Scene, place that it is seen from, instance."""
 Pairs = tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]]
-"""Rows of the changed answer and of the one that it is compared with, about the same objects seen from the same places."""
+"""Rows of the changed answer and of what it is compared with, about the same objects seen from the same places."""
 
 
 def effect_rows(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
