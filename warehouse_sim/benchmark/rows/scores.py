@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
-from warehouse_sim.evaluation.metrics import pass_values
+from warehouse_sim.evaluation.summary import pass_values
 
 RESAMPLES = 1000
 _AMONG_FOUND = "_of_found"
@@ -23,7 +23,7 @@ LINEMOD_SYMMETRIC = (10, 11)
 def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
     """Return one value in 0-1 a ground truth by metric, nan where it does not apply.
 
-    Beside those of ``evaluation.metrics``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
+    Beside those of ``evaluation.summary``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
     eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate.
     """
     values = pass_values(table, range(1, 11))
