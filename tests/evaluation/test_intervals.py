@@ -32,13 +32,6 @@ def test_share_interval_has_width_even_where_the_bootstrap_has_none():
     assert fraction_interval(np.ones(1), np.zeros(1, int), 200, np.random.default_rng(0))[0] < 0.3
 
 
-def test_the_same_seed_gives_the_same_interval():
-    values, scenes = np.random.default_rng(1).random(90), np.arange(90) // 9
-    first, second = (fraction_interval(values, scenes, 300, np.random.default_rng(7)) for _ in range(2))
-    assert first == second
-    assert first[0] < values.mean() < first[1]
-
-
 def test_columns_of_one_table_have_the_intervals_that_each_has_alone():
     rng = np.random.default_rng(3)
     scenes = rng.integers(0, 9, 80)
