@@ -5,7 +5,7 @@ import pytest
 from tests.api.crates import write_crate
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.custom_config import FIRST_OBJ_ID
-from warehouse_sim.catalog.mesh_object import is_mesh_name, mesh_name
+from warehouse_sim.catalog.own_files import is_mesh_name, mesh_name
 from warehouse_sim.errors import ConfigError
 
 

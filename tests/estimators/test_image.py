@@ -6,8 +6,7 @@ import pytest
 
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import Distortion, Fisheye
 
 K = np.array([[50.0, 0.0, 31.5], [0.0, 50.0, 23.5], [0.0, 0.0, 1.0]])
 DEPTH = np.full((48, 64), 2.0)

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 
 from tests.evaluation.pallet import nudge, seen_from
-from warehouse_sim.catalog.loads.cartons import carton
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.cartons import SKUS, carton
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader

@@ -17,8 +17,7 @@ from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
-from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import Distortion, Fisheye
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, CalibrationConfig, CameraConfig
 from warehouse_sim.sensors.stereo import StereoConfig
 

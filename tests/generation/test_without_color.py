@@ -15,7 +15,7 @@ from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import changed, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Lens, lens_of
+from warehouse_sim.geometry.lens import Lens, lens_of
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raster.loaded_scene import LoadedScene

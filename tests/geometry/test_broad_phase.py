@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.broad_phase import overlapping_pairs
+from warehouse_sim.geometry.separation import overlapping_pairs
 
 
 def all_pairs(low_a: np.ndarray, high_a: np.ndarray, low_b: np.ndarray, high_b: np.ndarray) -> np.ndarray:

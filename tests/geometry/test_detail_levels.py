@@ -5,8 +5,7 @@ import pytest
 
 from warehouse_sim.catalog.racks.upright import upright_mesh
 from warehouse_sim.geometry.detail_levels import detail_levels
-from warehouse_sim.geometry.mesh import TriangleMesh, merge, sample_surface, unit_box
-from warehouse_sim.geometry.remesh import grid_box
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, sample_surface, unit_box
 from warehouse_sim.geometry.solids import prism, unit_cylinder
 
 

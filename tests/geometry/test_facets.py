@@ -1,8 +1,7 @@
 import numpy as np
 
 from warehouse_sim.geometry.detail_levels import facets, parallelograms, plane_regions
-from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.geometry.remesh import grid_box
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, unit_box
 from warehouse_sim.geometry.solids import prism
 
 

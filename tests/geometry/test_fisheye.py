@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import WIDEST_DEG, Fisheye, lens_of, same_lens
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import WIDEST_DEG, Distortion, Fisheye, lens_of, same_lens
 
 LENSES = [
     Fisheye(),

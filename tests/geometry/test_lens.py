@@ -2,9 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
 
 BARREL = Distortion(k1=-0.3691481, k2=0.1968681, p1=0.001353473, p2=0.0005677587, k3=-0.06770705)
 PINCUSHION = Distortion(k1=0.2, p1=0.002, p2=-0.001)

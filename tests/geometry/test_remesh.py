@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.geometry.remesh import grid_box, split_long_edges
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, split_long_edges, unit_box
 
 
 def edge_lengths(mesh: TriangleMesh) -> np.ndarray:

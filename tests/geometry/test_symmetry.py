@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, rotation_z
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
 import numpy as np
 
 from warehouse_sim.geometry.boxes import box_corners
-from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 
 
 def test_points_are_inside_exactly_when_they_project_into_a_pixel() -> None:

@@ -8,9 +8,8 @@ import pytest
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.physics import SettleConfig, settle_scene
 from warehouse_sim.physics.impulses import ImpulseConfig
-from warehouse_sim.physics.rest import RestLimits, boxes_around, bring_to_rest
-from warehouse_sim.physics.stability_check import bring_stack_to_rest
-from warehouse_sim.physics.stacks import find_stacks
+from warehouse_sim.physics.rest import RestLimits, boxes_around, bring_to_rest, find_stacks
+from warehouse_sim.physics.settle import bring_stack_to_rest
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig

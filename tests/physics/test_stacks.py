@@ -2,7 +2,7 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.physics.stacks import find_stacks
+from warehouse_sim.physics.rest import find_stacks
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, stuck_carton
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene.carton_details import LABELS, WAYS

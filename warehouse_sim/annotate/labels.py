@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int
 
 from warehouse_sim.annotate.occluders import box_in_image, hidden_by, kinds_by_id, window_in_image
-from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.schema import ObjectAnnotation, ObjectInstance, ObjectModel, RenderBuffers, SceneSpec
 
 

@@ -8,7 +8,7 @@ import yaml
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.camera import Camera, Rig
-from warehouse_sim.catalog.mesh_object import mesh_name
+from warehouse_sim.catalog.own_files import mesh_name
 from warehouse_sim.config import to_mapping
 from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.extends import overlay

@@ -1,12 +1,13 @@
 """Parametric objects to real standards: pallets, cartons, racks, the building and what their surfaces are made of."""
 
 from functools import cache
+from typing import Any
 
+from warehouse_sim.catalog.custom_config import FIRST_OBJ_ID
 from warehouse_sim.catalog.materials import materials, materials_of
-from warehouse_sim.catalog.mesh_object import reject_other_file
-from warehouse_sim.catalog.own_files import is_file_name, object_of_files
-from warehouse_sim.catalog.plug_in import require_fitting
+from warehouse_sim.catalog.own_files import is_file_name, object_of_files, reject_other_file
 from warehouse_sim.catalog.shipped import SHIPPED
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.registry import Registry
 from warehouse_sim.schema import ObjectModel
 
@@ -52,8 +53,29 @@ def catalog_object(name: str) -> ObjectModel:
 def _registered(name: str) -> ObjectModel:
     model: ObjectModel = CATALOG.get(name)(name)
     if name not in SHIPPED:
-        require_fitting(name, model)
+        _require_fitting(name, model)
     return model
+
+
+def _require_fitting(name: str, model: Any) -> None:
+    """Check that what the builder of a plug-in returned for ``name`` fits beside the objects of the catalog.
+
+    Raises:
+        ConfigError: It is no model of that name, has a number of the catalog's, or a material that nobody brings.
+    """
+    where = f"catalog object {name!r} of a plug-in"
+    if not isinstance(model, ObjectModel):
+        raise ConfigError(f"{where}: its builder must return an ObjectModel, found {type(model).__name__}")
+    if model.name != name:
+        raise ConfigError(f"{where}: its model is called {model.name!r}; a model has the name it is registered by")
+    if model.obj_id < FIRST_OBJ_ID:
+        raise ConfigError(f"{where}: obj_id must be {FIRST_OBJ_ID} or more, found {model.obj_id}")
+    own, shipped = {material.name for material in model.materials}, materials()
+    for material in sorted(own & shipped.keys()):
+        raise ConfigError(f"{where}: it brings a material {material!r}, which the catalog has; choose another name")
+    for part in model.parts:
+        if part.material not in own and part.material not in shipped:
+            raise ConfigError(f"{where}: list its material {part.material!r} in ObjectModel.materials")
 
 
 __all__ = ["CATALOG", "catalog_names", "catalog_object", "materials", "materials_of", "shipped_classes"]

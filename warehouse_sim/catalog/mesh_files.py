@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.errors import ConfigError, shown
-from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh_file import load_parts, placed
+from warehouse_sim.geometry.mesh import TriangleMesh, load_parts, placed
 from warehouse_sim.geometry.pose import rotation_x, rotation_y
 from warehouse_sim.optional import require
 

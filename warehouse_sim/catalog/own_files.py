@@ -1,13 +1,96 @@
-"""Objects of a user's own files, kept until a file changes: who edits one in a session gets what it says now."""
+"""Objects of a user's own files: one that a .yaml file describes, or a mesh file alone.
+
+``crate.glb`` is such a mesh, ``crate.glb#bottle_crate`` gives it a name. What was read is kept until a file changes:
+who edits one in a session gets what it says now.
+"""
 
 import os
+import re
+import zlib
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
-from warehouse_sim.catalog.custom import load_custom_object, mesh_of
-from warehouse_sim.catalog.mesh_object import is_mesh_name, load_mesh_object
-from warehouse_sim.errors import ConfigError
+import numpy as np
+
+from warehouse_sim.catalog.custom import load_custom_object, mesh_of, object_of
+from warehouse_sim.catalog.custom_config import FIRST_OBJ_ID, CustomObjectConfig
+from warehouse_sim.catalog.mesh_files import SUFFIXES
+from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.schema import ObjectModel
+
+MATERIAL = "plastic_grey"
+"""Surface of a mesh that no YAML file describes."""
+_DENSITY = 150.0
+"""Mass over the volume of its bounding box (kg/m^3), that of a loaded carton; practical prior."""
+_LEAST_MASS = 0.1
+_NUMBERS = 999_000
+_NAME = re.compile("[a-z][a-z0-9_]*")
+
+
+def is_mesh_name(name: str) -> bool:
+    """Return whether a name of a recipe stands for a mesh file, ``PATH`` or ``PATH#NAME``."""
+    return Path(name.partition("#")[0]).suffix.lower() in SUFFIXES
+
+
+def reject_other_file(name: str) -> None:
+    """Reject a name that is that of a file, but of none that holds an object.
+
+    Raises:
+        ConfigError: It has a suffix.
+    """
+    suffix = Path(name.partition("#")[0]).suffix
+    if suffix and not suffix[1:].isdigit():
+        raise ConfigError(f"{shown(name)}: an object is no {suffix} file; known: .yaml, {', '.join(SUFFIXES)}")
+
+
+def mesh_name(path: str | Path, name: str | None = None) -> str:
+    """Return what a recipe writes for a mesh file that is called ``name`` there.
+
+    Raises:
+        ConfigError: The name is not lower case letters, digits and _.
+    """
+    if name is None:
+        return str(path)
+    if not _NAME.fullmatch(name):
+        raise ConfigError(f"name: {shown(name)} must be lower case letters, digits and _, such as {_named(name)!r}")
+    return f"{path}#{name}"
+
+
+def load_mesh_object(text: str) -> ObjectModel:
+    """Read a mesh file as an object whose origin is the centre of its bounding box, z up.
+
+    A YAML file of the same stem beside it says what it is (docs/custom_objects.md). Without one, its name is its class,
+    its ``obj_id`` follows from the name, it is grey plastic, has the mass of a loaded carton of its size, and collides
+    as its bounding box.
+
+    Args:
+        text: ``PATH`` or ``PATH#NAME``; the name is by default that of the file.
+
+    Raises:
+        ConfigError: The file cannot be read, or its size is that of no object.
+        MissingPackageError: The package that reads this kind of mesh file is not installed.
+    """
+    file, _, own = text.partition("#")
+    path = Path(file)
+    beside = path.with_suffix(".yaml")
+    if os.path.isfile(beside):
+        model = load_custom_object(beside)
+        return replace(model, name=own) if own else model
+    if not os.path.isfile(path):
+        raise ConfigError(f"{path}: there is no such mesh file; check the path")
+    name = own or _named(path.stem)
+    number = FIRST_OBJ_ID + zlib.crc32(name.encode()) % _NUMBERS
+    config = CustomObjectConfig(name, name, number, path.name, material=MATERIAL)
+    model = object_of(config, path)
+    return replace(model, mass=max(_DENSITY * float(np.prod(model.size)), _LEAST_MASS))
+
+
+def _named(text: str) -> str:
+    """Return a text as the name of an object."""
+    plain = re.sub("[^a-z0-9]+", "_", str(text).lower()).strip("_")
+    return plain if _NAME.fullmatch(plain) else f"object_{plain}".rstrip("_")
+
 
 _State = tuple[int, int, int] | None
 """Inode, time of the last change (ns) and size; None where there is no such file."""

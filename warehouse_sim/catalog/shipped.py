@@ -3,26 +3,20 @@
 from collections.abc import Iterable, Mapping
 
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
-from warehouse_sim.catalog.building.markings import LINES
+from warehouse_sim.catalog.building.floor_marks import LINES
 from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
-from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
-from warehouse_sim.catalog.loads.carriers.big_bag import BIG_BAGS
-from warehouse_sim.catalog.loads.carriers.gitterbox import GITTERBOXES
-from warehouse_sim.catalog.loads.carriers.ibc import IBCS
-from warehouse_sim.catalog.loads.carriers.octabin import OCTABINS
-from warehouse_sim.catalog.loads.carriers.roll_container import ROLL_CONTAINERS
+from warehouse_sim.catalog.loads.bulk import BIG_BAGS, IBCS, OCTABINS
+from warehouse_sim.catalog.loads.cages import GITTERBOXES, ROLL_CONTAINERS
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
-from warehouse_sim.catalog.loads.skus import ALL_SKUS
+from warehouse_sim.catalog.loads.securing import CORNER_POSTS, SLIP_SHEETS, WRAPS
 from warehouse_sim.catalog.loads.totes import TOTES
-from warehouse_sim.catalog.loads.wrap import WRAPS
 from warehouse_sim.catalog.pallets import PALLETS
-from warehouse_sim.catalog.racks.beams import RACK_BEAMS, STEP_BEAMS
-from warehouse_sim.catalog.racks.cantilever import CANTILEVERS
-from warehouse_sim.catalog.racks.frame import FRAME_HEIGHTS
-from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
-from warehouse_sim.catalog.racks.shelves import BINS
+from warehouse_sim.catalog.racks.cantilever import CANTILEVERS, LONG_GOODS
+from warehouse_sim.catalog.racks.pallet_racks import FRAME_HEIGHTS, RACK_BEAMS, STEP_BEAMS
+from warehouse_sim.catalog.racks.small_parts import BINS
 from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES
 from warehouse_sim.catalog.traffic.obstacles import WRAPS as HANGING_WRAPS
 from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_NAME
@@ -71,30 +65,24 @@ FINE_STANDING = {
 """The same of the finely divided ones; who pushes belongs to a truck."""
 
 CLUTTER = _built(
-    "clutter.",
+    "",
     {
-        "vessels": ("waste_bin", "bucket", "canister", "pallet_box"),
-        "tools": ("toolbox", "broom", "step_ladder", "hand_truck", "extension_reel"),
-        "packaging": (
-            "film_roll",
-            "film_rolls",
-            "strap_roll",
-            "flat_cartons",
-            "open_carton",
-            "wood_scraps",
-            "film_heap",
-        ),
+        "clutter": (
+            *("waste_bin", "bucket", "canister", "pallet_box"),
+            *("toolbox", "broom", "step_ladder", "hand_truck", "extension_reel"),
+            *("film_roll", "film_rolls", "strap_roll", "flat_cartons", "open_carton", "wood_scraps", "film_heap"),
+        )
     },
 )
 """Catalog name -> builder of small things that stand about."""
 CARRIERS = _built(
-    "loads.carriers.",
+    "loads.",
     {
-        "gitterbox:gitterbox": GITTERBOXES,
-        "roll_container:roll_container": ROLL_CONTAINERS,
-        "octabin:octabin": OCTABINS,
-        "big_bag:big_bag": BIG_BAGS,
-        "ibc:ibc": IBCS,
+        "cages:gitterbox": GITTERBOXES,
+        "cages:roll_container": ROLL_CONTAINERS,
+        "bulk:octabin": OCTABINS,
+        "bulk:big_bag": BIG_BAGS,
+        "bulk:ibc": IBCS,
     },
 )
 """Catalog name -> builder of carriers that are a unit load alone or with a pallet."""
@@ -104,25 +92,23 @@ _LOADS: dict[str, Iterable[str]] = {
     "totes:tote": TOTES,
     "drums:drum": DRUMS,
     "sacks:sack": (*SACKS, *SACK_SHAPES),
-    "board:slip_sheet": SLIP_SHEETS,
-    "board:corner_post": CORNER_POSTS,
-    "wrap:wrap": WRAPS,
+    "securing:slip_sheet": SLIP_SHEETS,
+    "securing:corner_post": CORNER_POSTS,
+    "securing:wrap": WRAPS,
 }
 _RACKS: dict[str, Iterable[str]] = {
-    "frame:rack_frame": FRAME_HEIGHTS,
-    "beams:rack_beam": RACK_BEAMS,
-    "beams:step_beam": STEP_BEAMS,
+    "pallet_racks:rack_frame": FRAME_HEIGHTS,
+    "pallet_racks:rack_beam": RACK_BEAMS,
+    "pallet_racks:step_beam": STEP_BEAMS,
     "accessories": (
         *("mesh_deck", "pallet_support_bar", "upright_guard", "rack_end_guard", "beam_label", "frame_label"),
         *("row_spacer", "load_notice"),
     ),
-    "drive_in": ("drive_in_rail", "drive_in_tie"),
-    "cantilever": ("cantilever_brace",),
+    "pallet_racks": ("drive_in_rail", "drive_in_tie"),
+    "cantilever": ("cantilever_brace", *LONG_GOODS),
     "cantilever:cantilever_column": CANTILEVERS,
-    "long_goods": LONG_GOODS,
-    "shelves": ("shelf_bay",),
-    "shelves:storage_bin": BINS,
-    "platform": ("platform_panel", "platform_column", "platform_railing"),
+    "small_parts": ("shelf_bay", "platform_panel", "platform_column", "platform_railing"),
+    "small_parts:storage_bin": BINS,
 }
 _BUILDING: dict[str, Iterable[str]] = {
     "shell": ("floor_slab", "wall", "wall_clad", "wall_module", "wall_module_dock"),
@@ -132,10 +118,10 @@ _BUILDING: dict[str, Iterable[str]] = {
         *("highbay_luminaire", "luminaire_round", "luminaire_trunking"),
     ),
     "dock": ("dock_door_closed", "dock_door_open", "dock_leveller", "dock_bumper", "dock_seal", "trailer"),
-    "markings": (
+    "floor_marks": (
         *("corner_marking", "keep_clear_marking", "crossing_marking", "tyre_mark_straight", "tyre_mark_curve"),
     ),
-    "markings:lane_line": LINES,
+    "floor_marks:lane_line": LINES,
     "safety": (
         *("drive_in_door", "extinguisher", "fire_hose_cabinet", "fire_sign", "exit_sign", "mandatory_sign"),
         *("rubbish_bin", "guard_rail"),

@@ -12,8 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecor
 from warehouse_sim.errors import InputError, shown
 from warehouse_sim.estimators.gravity import Direction, down_of_camera
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye, Lens, lens_of
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import Distortion, Fisheye, Lens, lens_of
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import Observation
 from warehouse_sim.signature import clear_arguments, clear_call

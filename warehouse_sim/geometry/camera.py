@@ -4,9 +4,9 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, Num
+from jaxtyping import Bool, Float, Num
 
-from warehouse_sim.geometry.fisheye import Lens
+from warehouse_sim.geometry.lens import Lens
 
 
 @dataclass(frozen=True)
@@ -163,3 +163,45 @@ def _border(camera: PinholeCamera) -> Float[np.ndarray, "n 2"]:
     sides = [(u, np.full_like(u, edge)) for edge in (v[0], v[-1])]
     sides += [(np.full_like(v, edge), v) for edge in (u[0], u[-1])]
     return np.concatenate([np.stack(side, axis=1) for side in sides])
+
+
+@dataclass(frozen=True, eq=False)
+class ViewPyramid:
+    """Four planes through the optical centre: a point in the camera frame is inside when ``normals @ point >= 0``."""
+
+    normals: Float[np.ndarray, "4 3"]
+    """Unit normals that point inwards, camera frame."""
+
+    @classmethod
+    def of(cls, camera: PinholeCamera) -> "ViewPyramid":
+        """Return the pyramid through the outer borders of the image's outer pixels; behind a lens, one around it."""
+        left, right, top, bottom = camera.tangent_bounds()
+        planes = np.array([[1.0, 0.0, -left], [-1.0, 0.0, right], [0.0, 1.0, -top], [0.0, -1.0, bottom]])
+        return cls(planes / np.linalg.norm(planes, axis=1, keepdims=True))
+
+    def touches(
+        self, centre: Float[np.ndarray, "n 3"], radius: Float[np.ndarray, " n"], near: float = 0.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return which spheres reach into the pyramid beyond ``near``; keeps a few that just miss its edges.
+
+        Args:
+            centre: Centres in the camera frame (m).
+            radius: Radii (m).
+            near: Distance of the near plane (m).
+        """
+        inside = (centre @ self.normals.T >= -radius[:, None]).all(axis=1)
+        return inside & (centre[:, 2] >= near - radius)
+
+    def touches_boxes(
+        self, centre: Float[np.ndarray, "n 3"], half_edges: Float[np.ndarray, "n 3 3"], near: float = 0.0
+    ) -> Bool[np.ndarray, " n"]:
+        """Return which boxes reach into the pyramid beyond ``near``; keeps a few that just miss its edges.
+
+        Args:
+            centre: Centres in the camera frame (m).
+            half_edges: For each box three vectors from its centre to the middles of its sides, camera frame (m).
+            near: Distance of the near plane (m).
+        """
+        reach = np.abs(half_edges @ self.normals.T).sum(axis=1)
+        inside = (centre @ self.normals.T >= -reach).all(axis=1)
+        return inside & (centre[:, 2] + np.abs(half_edges[..., 2]).sum(axis=1) >= near)

@@ -1,7 +1,12 @@
-"""Triangle meshes: the one solid that renderers, ray casters and estimators all read."""
+"""Triangle meshes: the one solid that renderers, ray casters and estimators all read.
+
+Even ones: pose errors average over vertices, so vertices must cover a surface evenly. Files of any dialect are read by
+trimesh: PLY (text or binary, with polygons, colours, normals), STL, OBJ, GLB.
+"""
 
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -101,3 +106,104 @@ def _ends_by_cell(points: Float[np.ndarray, "n 3"], known: float) -> Float[np.nd
     # The farthest corners of two cells' boxes: nothing in them is farther apart.
     most = np.linalg.norm(np.maximum(-high[:, None] - low[None], -high[None] - low[:, None]), axis=2).max(axis=1)
     return points[(most >= known * (1.0 - 1e-6))[of_point]]
+
+
+def grid_box(size: Float[np.ndarray, " 3"], spacing: float) -> TriangleMesh:
+    """Return the surface of a centred box as an even grid; faces share the vertices of their common edges.
+
+    Args:
+        size: Edge lengths (m).
+        spacing: Largest distance (m) between neighbouring vertices along an edge.
+    """
+    counts = np.maximum(np.ceil(np.asarray(size) / spacing - 1e-9), 1).astype(int)
+    corners = [_side(counts, axis, end) for axis in range(3) for end in (0, 1)]
+    lattice, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
+    return TriangleMesh((lattice / counts - 0.5) * size, index.reshape(-1, 3).astype(np.int32))
+
+
+def split_long_edges(mesh: TriangleMesh, longest: float) -> TriangleMesh:
+    """Bisect the longest edge of triangles until no edge is longer than ``longest`` (m); equal vertices are merged.
+
+    Neighbours meet edge to edge, since an edge above the limit is halved from both sides (longest-edge bisection,
+    Rivara 1984).
+    """
+    triangles = mesh.vertices[mesh.faces]
+    while True:
+        edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
+        too_long = edges.max(axis=1) > longest
+        if not too_long.any():
+            break
+        first = edges[too_long].argmax(axis=1)[:, None]
+        rows = np.arange(len(first))[:, None]
+        # Turned so that the edge to halve runs from a to b.
+        a, b, c = np.moveaxis(triangles[too_long][rows, (first + np.arange(3)) % 3], 1, 0)
+        middle = (a + b) / 2.0
+        halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+        triangles = np.concatenate([triangles[~too_long], *halves])
+    vertices, index = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    return TriangleMesh(vertices, index.reshape(-1, 3).astype(np.int32))
+
+
+def _side(counts: np.ndarray, axis: int, end: int) -> np.ndarray:
+    """Return the lattice corners (3 a triangle) of one side of a box, counter-clockwise seen from outside."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(counts[u]), np.arange(counts[v]), indexing="ij"))
+    around = [(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0, 1)]
+    corners = np.empty((len(i), 6, 3), dtype=int)
+    for k, (du, dv) in enumerate(around if end else around[::-1]):
+        corners[:, k, axis] = counts[axis] * end
+        corners[:, k, u], corners[:, k, v] = i + du, j + dv
+    return corners.reshape(-1, 3)
+
+
+Parts = dict[str, tuple[TriangleMesh, np.ndarray]]
+
+
+def load_parts(path: Path) -> Parts:
+    """Return the named meshes of a file in its own units, each with the 4x4 matrix that places it in the file's scene.
+
+    Raises:
+        ValueError: The file cannot be read, with the reason in one line.
+    """
+    # Imported on use: it takes longer to import than all of geometry.
+    import trimesh
+
+    try:
+        # From an open file, so that nothing beside it can be reached.
+        with path.open("rb") as file:
+            loaded = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), process=False)
+    except Exception as problem:  # trimesh raises whatever its parsers stumble over
+        raise ValueError(" ".join(str(problem).split())[:200]) from problem
+    parts: Parts = {}
+    for node in sorted(loaded.graph.nodes_geometry):
+        T_file_part, name = loaded.graph[node]
+        geometry = loaded.geometry[name]
+        if hasattr(geometry, "faces"):
+            mesh = TriangleMesh(np.asarray(geometry.vertices, float), np.asarray(geometry.faces, np.int32))
+            parts[path.stem if len(loaded.geometry) == 1 else node] = mesh, np.asarray(T_file_part)
+    return parts
+
+
+def placed(mesh: TriangleMesh, T_file_part: np.ndarray) -> TriangleMesh:
+    """Return the mesh where the file's scene has it; a mirrored one is turned right side out."""
+    linear = T_file_part[:3, :3]
+    vertices = np.asarray(mesh.vertices, float) @ linear.T + T_file_part[:3, 3]
+    mirrored = np.linalg.det(linear) < 0
+    return TriangleMesh(vertices, np.ascontiguousarray(mesh.faces[:, ::-1]) if mirrored else mesh.faces)
+
+
+def load_mesh(path: Path) -> TriangleMesh:
+    """Return all triangles of a file as one mesh in its own units.
+
+    Raises:
+        ValueError: The file cannot be read, or holds no triangles of finite vertices that exist.
+    """
+    parts = [placed(*part) for part in load_parts(path).values()]
+    mesh = merge(parts) if parts else None
+    if mesh is None or not len(mesh.faces):
+        raise ValueError("it holds no triangles")
+    if not np.isfinite(mesh.vertices).all():
+        raise ValueError("it has vertices that are not finite")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise ValueError("it has faces that name vertices which do not exist")
+    return mesh

@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.pose import Transform, matrix_from_quat_wxyz
-from warehouse_sim.physics.rest import Blow, Rest, RestLimits, boxes_around, bring_to_rest
-from warehouse_sim.physics.stacks import Stack
+from warehouse_sim.physics.rest import Blow, Rest, RestLimits, Stack, boxes_around, bring_to_rest
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.solids import Solids

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS, sack
-from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, stuck_carton
 from warehouse_sim.catalog.parts import fused
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z

@@ -6,8 +6,8 @@ import numpy as np
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.carton_wear import CartonWearConfig, battered
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
-from warehouse_sim.catalog.loads.skus import ALL_SKUS
 from warehouse_sim.catalog.loads.stuck import BOARD_FACE, LABEL_FACE, board_of, stuck_carton
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.board import SLIP_SHEETS
+from warehouse_sim.catalog.loads.securing import SLIP_SHEETS
 from warehouse_sim.catalog.loads.strength import is_goods
 from warehouse_sim.catalog.pallets.wear.damaged import damaged
 from warehouse_sim.geometry.boxes import OrientedBox

@@ -3,7 +3,6 @@
 Units are SI, world z is up and the floor is z = 0; cameras are OpenCV, LiDARs are x forward, y left, z up.
 """
 
-from warehouse_sim.schema.change import SceneChange
 from warehouse_sim.schema.intensity import IntensityDistribution
 from warehouse_sim.schema.labels import (
     FREE,
@@ -31,7 +30,7 @@ from warehouse_sim.schema.readings import (
     RgbdReading,
     StereoReading,
 )
-from warehouse_sim.schema.scene import Light, ObjectInstance, SceneSpec, Viewpoint
+from warehouse_sim.schema.scene import Light, ObjectInstance, SceneChange, SceneSpec, Viewpoint
 from warehouse_sim.schema.things import LuminousFace, Material, ObjectModel, Part, Pocket
 
 __all__ = [

@@ -3,7 +3,7 @@ import pytest
 
 from tests.catalog.covering import shipped
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building.markings import TYRE_TRACK
+from warehouse_sim.catalog.building.floor_marks import TYRE_TRACK
 
 FLAT = [name for name in shipped("building") if catalog_object(name).class_name == "marking"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.building import services
-from warehouse_sim.catalog.building.floor_wear import STAINS, VARIANTS, floor_stain, tyre_tracks
+from warehouse_sim.catalog.building import to_size
+from warehouse_sim.catalog.building.floor_marks import STAINS, VARIANTS, floor_stain, tyre_tracks
 from warehouse_sim.catalog.building.outdoors import OUTDOORS, RISE, SKY_RADIUS, YARD_DROP, outdoors
 from warehouse_sim.catalog.building.to_size import (
     column_to_size,
@@ -23,13 +23,13 @@ MODELS = (
     *(roof_to_size(kind, 20.4, 13.0) for kind in ("truss", "beam", "board")),
     *(girder_to_size(kind, span) for kind in ("truss", "beam") for span in (10.0, 31.0, 120.0)),
     *(column_to_size(kind, 5.5) for kind in ("steel", "concrete")),
-    services.sprinkler_line(17.3),
-    services.cable_tray(17.3),
-    services.duct(17.3),
-    services.light_line(17.3),
-    services.rooflight(5.5),
-    services.window_band(6.0),
-    services.hanging_rods(1.4),
+    to_size.sprinkler_line(17.3),
+    to_size.cable_tray(17.3),
+    to_size.duct(17.3),
+    to_size.light_line(17.3),
+    to_size.rooflight(5.5),
+    to_size.window_band(6.0),
+    to_size.hanging_rods(1.4),
     tyre_tracks(20.0, 3.5, 9, 3),
     *(floor_stain(kind, variant) for kind in STAINS for variant in range(VARIANTS)),
 )

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.catalog.covering import volume
-from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS, corner_post, slip_sheet
+from warehouse_sim.catalog.loads.securing import CORNER_POSTS, SLIP_SHEETS, corner_post, slip_sheet
 
 
 def test_sheets_have_the_sizes_of_pallets_and_the_thickness_of_board() -> None:

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads.cartons import carton
-from warehouse_sim.catalog.loads.skus import ALL_SKUS, HEAVY_SKUS, SKUS
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS, HEAVY_SKUS, SKUS, carton
 from warehouse_sim.catalog.loads.strength import bears
 
 PRINTED = [name for name, sku in ALL_SKUS.items() if sku.artwork is not None]

@@ -2,13 +2,12 @@ import numpy as np
 
 from tests.catalog.covering import shipped
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.board import CORNER_POSTS, SLIP_SHEETS
+from warehouse_sim.catalog.loads.cartons import HEAVY_SKUS, SKUS
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.loads.sacks import SACK_SHAPES, SACKS
-from warehouse_sim.catalog.loads.skus import HEAVY_SKUS, SKUS
+from warehouse_sim.catalog.loads.securing import CORNER_POSTS, SLIP_SHEETS, WRAPS
 from warehouse_sim.catalog.loads.totes import TOTES
-from warehouse_sim.catalog.loads.wrap import WRAPS
 from warehouse_sim.catalog.shipped import CARRIERS
 
 CLASSES = {

@@ -3,7 +3,7 @@ import pytest
 
 from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed
-from warehouse_sim.catalog.loads.wrap import Slice, stretch_wrap, wrap
+from warehouse_sim.catalog.loads.securing import Slice, stretch_wrap, wrap
 from warehouse_sim.catalog.materials import materials
 
 SQUARE = np.array([[-0.6, -0.4], [0.6, -0.4], [0.6, 0.4], [-0.6, 0.4]])

@@ -3,7 +3,7 @@ import pytest
 
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.racks.accessories import DECK_DEPTH
-from warehouse_sim.catalog.racks.beams import (
+from warehouse_sim.catalog.racks.pallet_racks import (
     BAY_WIDTH,
     BAY_WIDTHS,
     BEAM_DEPTH,
@@ -11,11 +11,11 @@ from warehouse_sim.catalog.racks.beams import (
     CONNECTOR_HEIGHT,
     CONNECTOR_LEG,
     CONNECTOR_SHEET,
+    FRAME_DEPTH,
     STEP_BEAM_DEPTH,
     STEP_DEPTH,
     STEP_HEIGHT,
 )
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
 
 
 def test_a_beam_spans_the_bay_with_its_top_at_the_top_of_its_box() -> None:

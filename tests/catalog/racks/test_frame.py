@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS, rack_frame
+from warehouse_sim.catalog.racks.pallet_racks import FRAME_DEPTH, FRAME_HEIGHTS, rack_frame
 from warehouse_sim.catalog.racks.upright import UPRIGHT_DEPTH
 
 

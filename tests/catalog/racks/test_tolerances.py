@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.racks.tolerances import (
+from warehouse_sim.catalog.racks.pallet_racks import (
     beam_pose,
     frame_pose,
 )

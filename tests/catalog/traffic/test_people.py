@@ -2,8 +2,7 @@ import pytest
 
 from tests.catalog.covering import bare_distances
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.traffic.figure import BAND, HELMET, SOLE
-from warehouse_sim.catalog.traffic.people import PEOPLE, WORKERS
+from warehouse_sim.catalog.traffic.people import BAND, HELMET, PEOPLE, SOLE, WORKERS
 
 STATURES = {"small": 1.535, "medium": 1.75, "tall": 1.855}
 """DIN 33402-2:2005: women's 5th, men's 50th and men's 95th percentile (m)."""

@@ -20,7 +20,7 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError, MissingPackageError
-from warehouse_sim.geometry.fisheye import Fisheye
+from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.schema import ChannelReading, Conditions, Observation, Viewpoint
 

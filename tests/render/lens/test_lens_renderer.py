@@ -5,8 +5,7 @@ import pytest
 
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import Distortion, Fisheye
 from warehouse_sim.geometry.pose import invert, make_transform, matrix_from_quat_wxyz, transform_points
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene

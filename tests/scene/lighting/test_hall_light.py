@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.building.services import light_line
+from warehouse_sim.catalog.building.to_size import light_line
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene.draft import SceneDraft

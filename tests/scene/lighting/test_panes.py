@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.building.services import rooflight, window_band
+from warehouse_sim.catalog.building.to_size import rooflight, window_band
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft

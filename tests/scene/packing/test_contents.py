@@ -6,9 +6,9 @@ import pytest
 
 from tests.scene.packing.pallets import DECKS, least_distance, reach
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.sacks import SACKS
-from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.strength import is_fragile
 from warehouse_sim.catalog.loads.totes import TOTES
 from warehouse_sim.errors import PlacementError

@@ -5,8 +5,8 @@ import pytest
 
 from tests.scene.packing.pallets import DECKS, least_distance
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.sacks import SACKS
-from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform

@@ -6,7 +6,7 @@ import pytest
 
 from tests.scene.packing.pallets import DECKS, least_distance, reach
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform

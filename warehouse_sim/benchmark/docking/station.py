@@ -6,7 +6,7 @@ import numpy as np
 
 from warehouse_sim.evaluation.docking.fork import DockingFace, docking_faces
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.physics.stacks import find_stacks
+from warehouse_sim.physics.rest import find_stacks
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 

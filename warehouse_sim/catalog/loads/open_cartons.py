@@ -6,8 +6,7 @@ so that nothing beside it is in their way. The origin is the centre of the box a
 
 import numpy as np
 
-from warehouse_sim.catalog.loads.cartons import PRINT_SKIN, TAPE_DROP, TAPE_WIDTH, carton_prints
-from warehouse_sim.catalog.loads.skus import ALL_SKUS, CartonSku
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS, PRINT_SKIN, TAPE_DROP, TAPE_WIDTH, CartonSku, carton_prints
 from warehouse_sim.catalog.parts import box_part, fused, model_of
 from warehouse_sim.geometry.pose import make_transform, rotation_x
 from warehouse_sim.schema import ObjectModel, Part

@@ -20,7 +20,7 @@ nothing on top where the crush rule holds.
 
 import math
 
-from warehouse_sim.catalog.loads.skus import ALL_SKUS
+from warehouse_sim.catalog.loads.cartons import ALL_SKUS
 from warehouse_sim.schema import ObjectModel
 
 _BOARDS = {1: (5604.0, 0.004), 2: (10683.0, 0.0065)}

@@ -9,8 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from warehouse_sim.catalog.loads.cartons import PRINT_SKIN, STRAP_WIDTH, TAPE_DROP, TAPE_WIDTH, carton
-from warehouse_sim.catalog.loads.skus import ALL_SKUS, CartonSku
+from warehouse_sim.catalog.loads.cartons import (
+    ALL_SKUS,
+    PRINT_SKIN,
+    STRAP_WIDTH,
+    TAPE_DROP,
+    TAPE_WIDTH,
+    CartonSku,
+    carton,
+)
 from warehouse_sim.catalog.parts import box_part
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import Material, ObjectModel, Part

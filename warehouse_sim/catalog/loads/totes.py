@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
-from warehouse_sim.catalog.loads.carriers.wire import ring
+from warehouse_sim.catalog.loads.cages import ring
 from warehouse_sim.catalog.parts import Triple, box_part, fused, model_of, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.schema import ObjectModel, Part

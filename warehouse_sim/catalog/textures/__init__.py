@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from warehouse_sim.catalog.textures.fresh import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.fresh import (
     brushed,
     concrete,
@@ -18,11 +19,10 @@ from warehouse_sim.catalog.textures.fresh import (
     plastic,
     rubber,
     steel,
+    wood,
 )
 from warehouse_sim.catalog.textures.tile import TextureSet, Tile, quantised
 from warehouse_sim.catalog.textures.used import blockwork, coat, enamel, liner, precast, slab
-from warehouse_sim.catalog.textures.wood import STRETCH as WOOD_STRETCH
-from warehouse_sim.catalog.textures.wood import wood
 from warehouse_sim.catalog.textures.worn import (
     concrete_worn,
     epoxy_worn,

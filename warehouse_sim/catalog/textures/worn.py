@@ -10,10 +10,9 @@ from functools import wraps
 import numpy as np
 
 from warehouse_sim.catalog.noise import Texels, displaced, octaves, offsets, smooth_step, softened, strokes
-from warehouse_sim.catalog.textures.fresh import plastic
+from warehouse_sim.catalog.textures.fresh import plastic, wood
 from warehouse_sim.catalog.textures.tile import SIZE, Tile
 from warehouse_sim.catalog.textures.used import coat, enamel, liner, slab
-from warehouse_sim.catalog.textures.wood import wood
 
 WIDE = 2 * SIZE
 """Edge of a worn texture in texels."""

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye, Lens, lens_of
+from warehouse_sim.geometry.lens import Fisheye, Lens, lens_of
 from warehouse_sim.geometry.pose import Transform
 
 _COUNTS = {"distortion": 5, "fisheye": 4}

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Lens, lens_of
+from warehouse_sim.geometry.lens import Lens, lens_of
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema.outputs import USUAL, Output, in_words
 

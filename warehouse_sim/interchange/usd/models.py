@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.pose import SymmetryGroup
 from warehouse_sim.interchange.usd.bindings import bindings, prim_names
 from warehouse_sim.interchange.usd.colliders import add_colliders, read_colliders
 from warehouse_sim.interchange.usd.meshes import MeshClasses, MeshReader

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
+from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
 from warehouse_sim.interchange.usd.bindings import bindings
 from warehouse_sim.interchange.usd.lights import add_light, read_light

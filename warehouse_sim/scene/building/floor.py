@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.catalog.building.floor_wear import STAINS, VARIANTS, floor_stain, tyre_tracks
+from warehouse_sim.catalog.building.floor_marks import STAINS, VARIANTS, floor_stain, tyre_tracks
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.draft import Area, SceneDraft
 

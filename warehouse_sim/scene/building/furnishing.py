@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building.markings import PAINT
+from warehouse_sim.catalog.building.floor_marks import PAINT
 from warehouse_sim.catalog.building.safety import AISLE_SIGNS, FLOOR_LABELS
-from warehouse_sim.catalog.building.services import hanging_rods
+from warehouse_sim.catalog.building.to_size import hanging_rods
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.building.free_places import FreePlaces, Wall, walls_of

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from warehouse_sim.catalog.building import services as parts
+from warehouse_sim.catalog.building import to_size as parts
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.draft import Area, SceneDraft

@@ -11,10 +11,10 @@ from warehouse_sim.catalog.racks.cantilever import (
     ARM_PITCH,
     CANTILEVERS,
     COLUMN,
+    LONG_GOODS,
     arm_places,
     level_heights,
 )
-from warehouse_sim.catalog.racks.long_goods import LONG_GOODS
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft

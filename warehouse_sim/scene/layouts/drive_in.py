@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.racks.drive_in import LANE_WIDTH, PLACE_PITCH, RAIL_HEIGHT
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS
+from warehouse_sim.catalog.racks.pallet_racks import FRAME_DEPTH, FRAME_HEIGHTS, LANE_WIDTH, PLACE_PITCH, RAIL_HEIGHT
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged

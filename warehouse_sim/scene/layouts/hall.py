@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.building.markings import PAINT
+from warehouse_sim.catalog.building.floor_marks import PAINT
 from warehouse_sim.catalog.building.outdoors import RISE, outdoors
 from warehouse_sim.catalog.building.shell import FLOOR_SIZE, MODULE_LENGTH, WALL_SIZE
 from warehouse_sim.catalog.building.structure import CEILING_SIZE, TRUSS_SIZE

@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.racks.platform import COLUMN_HEIGHT, DECK_TOP, PANEL
-from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
+from warehouse_sim.catalog.racks.small_parts import COLUMN_HEIGHT, DECK_TOP, PANEL, SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import HALF_TURN, SceneDraft

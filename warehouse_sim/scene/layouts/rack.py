@@ -12,9 +12,17 @@ from jaxtyping import Float
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.pallets import HEIGHT as PALLET_HEIGHT
 from warehouse_sim.catalog.racks.accessories import DECK_DEPTH, DECK_WIDTH, load_notice_of
-from warehouse_sim.catalog.racks.beams import BEAM_DEPTH, BEAM_HEIGHT, CONNECTOR_HEIGHT, STEP_BEAM_DEPTH, STEP_HEIGHT
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH, FRAME_HEIGHTS
-from warehouse_sim.catalog.racks.tolerances import beam_pose, frame_pose
+from warehouse_sim.catalog.racks.pallet_racks import (
+    BEAM_DEPTH,
+    BEAM_HEIGHT,
+    CONNECTOR_HEIGHT,
+    FRAME_DEPTH,
+    FRAME_HEIGHTS,
+    STEP_BEAM_DEPTH,
+    STEP_HEIGHT,
+    beam_pose,
+    frame_pose,
+)
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.scene.draft import QUARTER_TURN, SceneDraft

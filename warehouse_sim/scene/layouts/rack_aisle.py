@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.racks.beams import BAY_WIDTHS
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
+from warehouse_sim.catalog.racks.pallet_racks import BAY_WIDTHS, FRAME_DEPTH
 from warehouse_sim.catalog.racks.upright import HOLE_PITCH, UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform, transform_points
 from warehouse_sim.ranges import Range, ranged

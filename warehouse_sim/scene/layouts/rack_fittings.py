@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.racks.beams import BEAM_HEIGHT
-from warehouse_sim.catalog.racks.frame import FRAME_DEPTH
+from warehouse_sim.catalog.racks.pallet_racks import BEAM_HEIGHT, FRAME_DEPTH
 from warehouse_sim.catalog.racks.upright import UPRIGHT_WIDTH
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.scene.draft import HALF_TURN, QUARTER_TURN, SceneDraft

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.skus import SKUS
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
-from warehouse_sim.catalog.racks.shelves import BINS, SHELF_CLEARANCE, SHELF_SIZE, shelf_tops
+from warehouse_sim.catalog.racks.small_parts import BINS, SHELF_CLEARANCE, SHELF_SIZE, shelf_tops
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Strip

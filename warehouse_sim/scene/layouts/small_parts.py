@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from warehouse_sim.catalog.racks.shelves import SHELF_SIZE
+from warehouse_sim.catalog.racks.small_parts import SHELF_SIZE
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import HALF_TURN, SceneDraft

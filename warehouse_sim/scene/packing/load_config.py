@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 import numpy as np
 
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.loads.drums import DRUMS
 from warehouse_sim.catalog.loads.sacks import SACKS
-from warehouse_sim.catalog.loads.skus import SKUS
 from warehouse_sim.catalog.loads.totes import TOTES
 from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
 from warehouse_sim.catalog.shipped import CARRIERS

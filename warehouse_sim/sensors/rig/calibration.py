@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import lens_of
+from warehouse_sim.geometry.lens import lens_of
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import CAMERA, IMU, RIGHT, NominalCalibration, Observation, Viewpoint

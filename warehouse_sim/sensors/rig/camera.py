@@ -9,8 +9,7 @@ import numpy as np
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, UnknownNameError, shown, suggestion
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
-from warehouse_sim.geometry.lens import Distortion
+from warehouse_sim.geometry.lens import Distortion, Fisheye
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.sensors.rgbd.depth import MODELS
 from warehouse_sim.sensors.rgbd.depth import PRESETS as DEPTH_PRESETS

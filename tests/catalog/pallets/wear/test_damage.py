@@ -3,9 +3,8 @@ import pytest
 
 from tests.catalog.pallets.wear.used import KINDS, ruined, wood
 from warehouse_sim.catalog import catalog_names, catalog_object
-from warehouse_sim.catalog.pallets.wear.damage import FARTHEST, WIDEST_GAP
+from warehouse_sim.catalog.pallets.wear.damage import FARTHEST, WIDEST_GAP, members_of
 from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
-from warehouse_sim.catalog.pallets.wear.members import members_of
 
 
 def test_no_carton_of_the_catalog_is_narrower_than_the_widest_gap() -> None:

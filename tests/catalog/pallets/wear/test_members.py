@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.pallets.wear.members import in_order, members_of, parallel
+from warehouse_sim.catalog.pallets.wear.damage import in_order, members_of, parallel
 
 ROLES = {
     "epal1": {"deck": 5, "cross": 3, "block": 9, "base": 3},

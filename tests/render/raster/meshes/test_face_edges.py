@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.geometry.remesh import grid_box
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, unit_box
 from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render.raster.meshes.mesh_levels import flat_mesh
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.building.services import cable_tray
+from warehouse_sim.catalog.building.to_size import cable_tray
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.pallets.wear.members import Member
+from warehouse_sim.catalog.pallets.wear.damage import Member
 from warehouse_sim.catalog.parts import solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.solids import unit_tube

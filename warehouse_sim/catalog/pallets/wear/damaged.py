@@ -5,8 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warehouse_sim.catalog.pallets.wear.brands import branded
-from warehouse_sim.catalog.pallets.wear.damage import with_broken, with_displaced, with_twisted, without_missing
-from warehouse_sim.catalog.pallets.wear.members import members_of
+from warehouse_sim.catalog.pallets.wear.damage import (
+    members_of,
+    with_broken,
+    with_displaced,
+    with_twisted,
+    without_missing,
+)
 from warehouse_sim.catalog.pallets.wear.surface import aged, nailed, stained
 from warehouse_sim.ranges import Fraction, check_ranges
 from warehouse_sim.schema import ObjectModel, Part

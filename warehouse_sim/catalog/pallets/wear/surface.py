@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.pallets.wear.members import Member
+from warehouse_sim.catalog.pallets.wear.damage import Member
 from warehouse_sim.catalog.parts import mesh_part, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.geometry.pose import rotation_z

@@ -13,10 +13,8 @@ from warehouse_sim.dataset.files.json_file import read_table
 from warehouse_sim.dataset.files.plain import LENGTHS, Span, take_if_given, take_name, take_numbers
 from warehouse_sim.dataset.objects import MeshReader, ObjectInfo
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.mesh import TriangleMesh, diameter
-from warehouse_sim.geometry.mesh_file import load_mesh
-from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.mesh import TriangleMesh, diameter, load_mesh
+from warehouse_sim.geometry.pose import SymmetryGroup, Transform, make_transform
 
 _EVEN = "models_eval"
 _SURFACES = ("models", "models_cad", "models_fine", "models_reconst")

@@ -31,7 +31,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.point_table import Table
 from warehouse_sim.dataset.viewing.overlay import colorize_instances
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Fisheye
+from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import Transform, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.schema import ObjectAnnotation, Reading
 

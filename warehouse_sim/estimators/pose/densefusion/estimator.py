@@ -26,8 +26,7 @@ from warehouse_sim.estimators.pose.icp.refiner import IcpRefiner
 from warehouse_sim.estimators.pose.uncertainty.covariance import agreement
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import Transform, Transforms
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms
 from warehouse_sim.schema import Agreement
 
 _FLIGHT_GRAZING = 2.0

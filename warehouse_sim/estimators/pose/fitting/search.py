@@ -14,8 +14,7 @@ from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCell
 from warehouse_sim.estimators.pose.icp.refine import Cloud, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
 from warehouse_sim.estimators.settings import IcpConfig
-from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, invert, make_transform, rotation_z
 
 
 @dataclass(frozen=True)

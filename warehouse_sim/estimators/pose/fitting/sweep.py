@@ -16,6 +16,7 @@ from warehouse_sim.estimators.pose.fitting.hypotheses import quantiles
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
 from warehouse_sim.geometry.pose import (
+    SymmetryGroup,
     Transform,
     Transforms,
     invert,
@@ -23,7 +24,6 @@ from warehouse_sim.geometry.pose import (
     rotation_angle,
     rotation_z,
 )
-from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _GRAZING = 0.1
 """Cosine to the ray below which a sample is not believed to be seen."""

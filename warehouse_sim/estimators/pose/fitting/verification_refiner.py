@@ -12,8 +12,7 @@ from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, judge
 from warehouse_sim.estimators.pose.icp.surface import seeded_surface
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms, make_transform, matrix_from_quat_wxyz
 
 _PROPOSALS = 4
 """Proposals of the network that are tried beside the chosen pose, the most confident ones that differ."""

@@ -14,8 +14,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
-from warehouse_sim.geometry.broad_phase import overlapping_pairs
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.separation import overlapping_pairs
 from warehouse_sim.render.raster.meshes.parts import PartTable
 
 _MANY_FACES = 48

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int
 
-from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.projection import NEAR
 

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.parts import PartTable

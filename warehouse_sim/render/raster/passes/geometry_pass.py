@@ -7,8 +7,7 @@ import moderngl
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.view_pyramid import ViewPyramid
+from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels

@@ -13,7 +13,7 @@ from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_recor
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import read_lens, take, take_if_given, take_numbers
-from warehouse_sim.dataset.formats.bop.layout import (
+from warehouse_sim.dataset.formats.bop import (
     BopLayout,
     bop_layout,
     exact_kinds,
@@ -25,7 +25,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.fisheye import Lens, same_lens
+from warehouse_sim.geometry.lens import Lens, same_lens
 
 _KEYS = ("fx", "fy", "cx", "cy")
 
