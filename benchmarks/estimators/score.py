@@ -16,8 +16,7 @@ from warehouse_sim.estimators.predict import read_images, require_known
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.intervals import fraction_interval
-from warehouse_sim.evaluation.metrics import pass_values
-from warehouse_sim.evaluation.summary import Summary
+from warehouse_sim.evaluation.summary import Summary, pass_values
 from warehouse_sim.learning.run_folder import WEIGHTS
 from warehouse_sim.schema import PoseEstimate
 

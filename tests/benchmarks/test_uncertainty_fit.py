@@ -39,7 +39,7 @@ def test_steps_are_what_scikit_learn_predicts(monkeypatch):
 
 
 def test_bounds_follow_the_regime_and_hold_in_nine_of_ten_new_cases(monkeypatch, tmp_path):
-    monkeypatch.setattr(uncertainty_fit, "_ROUNDS", 150)
+    monkeypatch.setattr(uncertainty_fit, "_ROUNDS", 80)
     write_uncertainty(tmp_path, Uncertainty((uncertainty_fit.fit(made(2000, 0), "argmax", "none"),)))
     model = read_uncertainty(tmp_path).get("argmax", "none")
     fresh = made(2000, 1)

@@ -1,7 +1,5 @@
 import re
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -10,11 +8,23 @@ import pytest
 
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from tests.evaluation.pallet import random_motion
+from warehouse_sim.dataset.stored.contents import ChannelContents, ReadingContents
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation import evaluate, write_scores
 from warehouse_sim.evaluation.report import write_report
+from warehouse_sim.evaluation.report.page import reading_rows, render
+from warehouse_sim.schema import ChannelReading, MountedReading
 
 CURVES = "step,seconds,train_loss,val_within_5_percent\n0,1.0,,0.0\n10,61.0,0.5,40.0\n20,121.0,0.25,80.0\n"
+RING = {
+    "distance": ChannelContents("<f4", (8,), "m"),
+    "echoes": ChannelContents("<i4", (None, 2)),
+    "warm": ChannelContents("|b1", ()),
+}
+DESCRIBED = {
+    "ring": ReadingContents("ultrasonic_ring", RING),
+    "silent": ReadingContents("gas", {"ppm": ChannelContents("<f8", (None,), "ppm")}),
+}
 
 
 class Page(HTMLParser):
@@ -67,7 +77,8 @@ def folders(tmp_path_factory):
 
 
 def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
-    inputs = [folders / "data", folders / "run", folders / "good" / "eval", folders / "noisy" / "eval"]
+    # A folder of folders is looked into.
+    inputs = [folders, folders / "good" / "eval", folders / "noisy" / "eval"]
     out = write_report(inputs, tmp_path / "sub" / "report.html")
     text = out.read_text(encoding="utf-8")
     page = Page(text)
@@ -87,6 +98,8 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
         "made, seed 0",
         "pallets as flat amodal masks",
         "1234",
+        "Training: net",
+        "Data: data",
     ]:
         assert expected in words
     assert "<script>" not in text
@@ -106,12 +119,6 @@ def test_a_dataset_or_a_run_alone_can_be_reported(folders, tmp_path):
     assert page.tags.count("svg") == 2
 
 
-def test_a_folder_of_folders_is_looked_into(folders, tmp_path):
-    words = " ".join(Page(write_report([folders], tmp_path / "all.html").read_text()).words)
-    assert "Training: net" in words
-    assert "Data: data" in words
-
-
 @pytest.mark.parametrize("text", ["", "step,samples,lear", "step,loss\n1,0.5\n2,0.4", "step,lo\0\0\n1,0.5\n"])
 def test_curves_that_were_lost_are_said_to_be(folders, tmp_path, text):
     run = shutil.copytree(folders / "run", tmp_path / "run")
@@ -120,11 +127,20 @@ def test_curves_that_were_lost_are_said_to_be(folders, tmp_path, text):
         write_report([run], tmp_path / "x.html")
 
 
-@pytest.mark.parametrize("text", ["7", "[1, 2]"])
-def test_a_result_that_is_no_mapping_is_rejected(folders, tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("7", "expected a mapping"),
+        ("[1, 2]", "expected a mapping"),
+        ('{"val_median_mm": NaN}', "NaN is no number"),
+        ('{"val_median_mm": Infinity}', "Infinity is no number"),
+        ('{"val_median_mm": -Infinity}', "-Infinity is no number"),
+    ],
+)
+def test_a_result_that_is_no_mapping_of_numbers_is_rejected(folders, tmp_path, text, message):
     run = shutil.copytree(folders / "run", tmp_path / "run")
     (run / "result.json").write_text(text)
-    with pytest.raises(EvaluationError, match=r"result\.json: expected a mapping"):
+    with pytest.raises(EvaluationError, match=rf"result\.json: {message}"):
         write_report([run], tmp_path / "x.html")
 
 
@@ -151,20 +167,27 @@ def test_a_folder_with_nothing_to_report_is_rejected(tmp_path):
         write_report([tmp_path / "nowhere"], tmp_path / "x.html")
 
 
-def test_scoring_loads_no_heavy_package():
-    heavy = "matplotlib, torch, mujoco, moderngl, embreex, open3d, jinja2"
-    code = (
-        "import sys, warehouse_sim.evaluation, warehouse_sim.evaluation.report\n"
-        f"loaded = [name for name in '{heavy}'.split(', ') if name in sys.modules]\n"
-        "sys.exit(str(loaded) if loaded else 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+def given(nearest: float, echoes: int) -> dict[str, MountedReading[ChannelReading]]:
+    distances = np.linspace(nearest, 4.0, 8, dtype=np.float32)
+    arrays = {"distance": distances, "echoes": np.full((echoes, 2), echoes, np.int32), "warm": np.array(echoes > 1)}
+    silent = {"ppm": np.zeros(0)}
+    return {name: MountedReading(np.eye(4), ChannelReading(a)) for name, a in (("ring", arrays), ("silent", silent))}
 
 
-@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity"])
-def test_a_result_that_is_no_number_is_rejected(folders, tmp_path, constant):
-    run = shutil.copytree(folders / "run", tmp_path / "run")
-    (run / "result.json").write_text(f'{{"val_median_mm": {constant}}}')
-    with pytest.raises(EvaluationError, match=f"result.json: {constant} is no number"):
-        write_report([run], tmp_path / "report.html")
+def test_each_channel_is_a_row_with_the_range_over_all_observations() -> None:
+    rows = reading_rows(DESCRIBED, [given(0.25, 3), given(1.5, 0), given(0.5, 7)])
+    assert [list(row.values()) for row in rows] == [
+        ["ring", "ultrasonic_ring", "distance", "8", "float32", "m", "0.25 to 4"],
+        ["ring", "ultrasonic_ring", "echoes", "any x 2", "int32", "–", "3 to 7"],
+        ["ring", "ultrasonic_ring", "warm", "one number", "bool", "–", "0 to 1"],
+        ["silent", "gas", "ppm", "any", "float64", "ppm", "–"],
+    ]
+
+
+def test_the_page_shows_the_table_of_a_dataset_that_has_such_sensors() -> None:
+    data = {"name": "d", "description": "", "facts": {"Recipe": "r", "Seed": 0}, "frames": [], "recipe": "{}"}
+    nothing_else = {"scores": [], "comparison": [], "evaluations": [], "runs": []}
+    without = render(datasets=[{**data, "readings": []}], **nothing_else)
+    page = render(datasets=[{**data, "readings": reading_rows(DESCRIBED, [given(0.25, 3)])}], **nothing_else)
+    assert "<td>ultrasonic_ring</td><td>distance</td><td>8</td><td>float32</td><td>m</td><td>0.25 to 4</td>" in page
+    assert "<th>Sensor</th>" not in without

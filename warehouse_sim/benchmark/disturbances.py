@@ -5,6 +5,7 @@ Each is a function of an image with ground-truth masks and a random stream, and 
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.pose import make_transform, rotation_x
 
 Disturb = Callable[[RgbdImage, np.random.Generator], RgbdImage]
 _FIELD_PX = 8.0
@@ -30,15 +31,12 @@ def exact(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
     return image
 
 
-def grown(by_px: int) -> Disturb:
-    """Return what dilates masks by some pixels, or erodes them where the number is negative."""
+def grown(image: RgbdImage, rng: np.random.Generator, by_px: int) -> RgbdImage:
+    """Return masks that are dilated by some pixels, or eroded where the number is negative."""
     kernel = np.ones((2 * abs(by_px) + 1, 2 * abs(by_px) + 1), np.uint8)
     change = cv2.dilate if by_px > 0 else cv2.erode
 
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        return _with_masks(image, [change(_bytes(item), kernel, borderValue=0).astype(bool) for item in _masks(image)])
-
-    return disturb
+    return _with_masks(image, [change(_bytes(item), kernel, borderValue=0).astype(bool) for item in _masks(image)])
 
 
 def segmented(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
@@ -80,10 +78,10 @@ def unnamed(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
 
 MASK_ERRORS: dict[str, Disturb] = {
     "exact": exact,
-    "eroded by 1 px": grown(-1),
-    "dilated by 1 px": grown(1),
-    "eroded by 3 px": grown(-3),
-    "dilated by 3 px": grown(3),
+    "eroded by 1 px": partial(grown, by_px=-1),
+    "dilated by 1 px": partial(grown, by_px=1),
+    "eroded by 3 px": partial(grown, by_px=-3),
+    "dilated by 3 px": partial(grown, by_px=3),
     "as of a segmenter": segmented,
     "touching merged": merged,
     "boxes only": boxed,
@@ -148,77 +146,57 @@ def _hole(
     return ((rows - v[chosen]) / half[0]) ** 2 + ((columns - u[chosen]) / half[1]) ** 2 <= 1.0
 
 
-def focal_off(percent: float) -> Disturb:
-    """Return what believes focal lengths that are so many percent too long: all seems narrower than it is."""
-
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        camera, factor = image.camera, 1.0 + percent / 100.0
-        return replace(image, camera=replace(camera, fx=factor * camera.fx, fy=factor * camera.fy))
-
-    return disturb
+def focal_off(image: RgbdImage, rng: np.random.Generator, percent: float) -> RgbdImage:
+    """Return focal lengths that are so many percent too long: all seems narrower than it is."""
+    camera, factor = image.camera, 1.0 + percent / 100.0
+    return replace(image, camera=replace(camera, fx=factor * camera.fx, fy=factor * camera.fy))
 
 
-def centre_off(by_px: float) -> Disturb:
-    """Return what believes a principal point that lies so many pixels to the right."""
-
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        return replace(image, camera=replace(image.camera, cx=image.camera.cx + by_px))
-
-    return disturb
+def centre_off(image: RgbdImage, rng: np.random.Generator, by_px: float) -> RgbdImage:
+    """Return a principal point that lies so many pixels to the right."""
+    return replace(image, camera=replace(image.camera, cx=image.camera.cx + by_px))
 
 
-def depth_off(percent: float) -> Disturb:
-    """Return what reads depth so many percent too far."""
-
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        return replace(image, depth=image.depth * np.float32(1.0 + percent / 100.0))
-
-    return disturb
+def depth_off(image: RgbdImage, rng: np.random.Generator, percent: float) -> RgbdImage:
+    """Return depth that reads so many percent too far."""
+    return replace(image, depth=image.depth * np.float32(1.0 + percent / 100.0))
 
 
-def unregistered(by_px: int) -> Disturb:
-    """Return what shifts colour and all that was found in it so many pixels right and down against depth.
+def unregistered(image: RgbdImage, rng: np.random.Generator, by_px: int) -> RgbdImage:
+    """Return colour and all that was found in it so many pixels right and down against depth.
 
     So it is where the place of the colour camera beside the depth camera is wrong.
     """
-
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        found = []
-        for item in image.detections:
-            box = item.box_xyxy
-            moved = None if box is None else (box[0] + by_px, box[1] + by_px, box[2] + by_px, box[3] + by_px)
-            mask = None if item.mask is None else _shifted(np.asarray(item.mask, dtype=bool), by_px)
-            # Of an object at the rim that leaves the image nothing else is left to say.
-            found.append(replace(item, mask=item.mask if mask is not None and not mask.any() else mask, box_xyxy=moved))
-        rgb = None if image.rgb is None else _shifted(image.rgb, by_px)
-        return replace(image, detections=tuple(found), rgb=rgb)
-
-    return disturb
+    found = []
+    for item in image.detections:
+        box = item.box_xyxy
+        moved = None if box is None else (box[0] + by_px, box[1] + by_px, box[2] + by_px, box[3] + by_px)
+        mask = None if item.mask is None else _shifted(np.asarray(item.mask, dtype=bool), by_px)
+        # Of an object at the rim that leaves the image nothing else is left to say.
+        found.append(replace(item, mask=item.mask if mask is not None and not mask.any() else mask, box_xyxy=moved))
+    rgb = None if image.rgb is None else _shifted(image.rgb, by_px)
+    return replace(image, detections=tuple(found), rgb=rgb)
 
 
-def pitched(by_deg: float) -> Disturb:
-    """Return what believes that the camera looks so many degrees higher than it does: gravity and place turn."""
-
-    def disturb(image: RgbdImage, rng: np.random.Generator) -> RgbdImage:
-        turn = _about_x(np.deg2rad(by_deg))
-        gravity = None if image.gravity is None else turn[:3, :3].T @ image.gravity
-        place = None if image.T_world_camera is None else image.T_world_camera @ turn
-        return replace(image, gravity=gravity, T_world_camera=place)
-
-    return disturb
+def pitched(image: RgbdImage, rng: np.random.Generator, by_deg: float) -> RgbdImage:
+    """Return a camera that is believed to look so many degrees higher than it does: gravity and place turn."""
+    turn = make_transform(rotation_x(np.deg2rad(by_deg)))
+    gravity = None if image.gravity is None else turn[:3, :3].T @ image.gravity
+    place = None if image.T_world_camera is None else image.T_world_camera @ turn
+    return replace(image, gravity=gravity, T_world_camera=place)
 
 
 CAMERA_ERRORS: dict[str, Disturb] = {
-    "focal length +0.5 %": focal_off(0.5),
-    "focal length +2 %": focal_off(2.0),
-    "principal point +2 px": centre_off(2.0),
-    "principal point +8 px": centre_off(8.0),
-    "depth +0.5 %": depth_off(0.5),
-    "depth +2 %": depth_off(2.0),
-    "registration 2 px": unregistered(2),
-    "registration 6 px": unregistered(6),
-    "pitch 1 deg": pitched(1.0),
-    "pitch 3 deg": pitched(3.0),
+    "focal length +0.5 %": partial(focal_off, percent=0.5),
+    "focal length +2 %": partial(focal_off, percent=2.0),
+    "principal point +2 px": partial(centre_off, by_px=2.0),
+    "principal point +8 px": partial(centre_off, by_px=8.0),
+    "depth +0.5 %": partial(depth_off, percent=0.5),
+    "depth +2 %": partial(depth_off, percent=2.0),
+    "registration 2 px": partial(unregistered, by_px=2),
+    "registration 6 px": partial(unregistered, by_px=6),
+    "pitch 1 deg": partial(pitched, by_deg=1.0),
+    "pitch 3 deg": partial(pitched, by_deg=3.0),
 }
 """In the order of the tables."""
 
@@ -228,11 +206,6 @@ def _shifted(values: Bool[np.ndarray, "h w *c"], by_px: int) -> Bool[np.ndarray,
     moved = np.zeros_like(values)
     moved[by_px:, by_px:] = values[: values.shape[0] - by_px, : values.shape[1] - by_px]
     return moved
-
-
-def _about_x(angle: float) -> Transform:
-    c, s = np.cos(angle), np.sin(angle)
-    return make_transform(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), np.zeros(3))
 
 
 UNNAMED = "class unknown"

@@ -48,10 +48,11 @@ class Subjects:
     lidar_points: Mapping[Place, int] = field(default_factory=dict)
     """How many points of the sweep are on each."""
 
-    def places(self) -> list[Place]:
-        """Return scene, image and position of each row."""
-        columns = self.table.scene_id, self.table.image_id, self.table.gt_index
-        return list(zip(*(column.tolist() for column in columns), strict=True))
+
+def places_of(table: ErrorTable) -> list[Place]:
+    """Return scene, image and position of each row."""
+    columns = table.scene_id, table.image_id, table.gt_index
+    return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 def split_name(grouping: str) -> list[str]:
@@ -102,21 +103,9 @@ def _all(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
     yield "all", np.ones(len(subjects.table), dtype=bool)
 
 
-def _class(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
-    yield from _named(subjects.table.class_name)
-
-
-def _object(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
-    yield from _named(subjects.table.object_name)
-
-
 def _named(names: np.ndarray) -> Iterator[tuple[str, Rows]]:
     for name in sorted(set(names.tolist())):
         yield name, names == name
-
-
-def _distance(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
-    yield from _bins(subjects.table.distance, subjects.edges.distance, " m")
 
 
 def _visible_fraction(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
@@ -130,7 +119,7 @@ def _bins(values: Float[np.ndarray, " n"], edges: tuple[float, ...], unit: str) 
 
 
 def _lidar_points(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
-    counted = np.array([subjects.lidar_points.get(place, -1) for place in subjects.places()])
+    counted = np.array([subjects.lidar_points.get(place, -1) for place in places_of(subjects.table)])
     for least in subjects.edges.lidar_points:
         label = f"at least {least} points" if least else "any number of points"
         yield label, (counted >= least) if least else np.ones(len(counted), dtype=bool)
@@ -150,9 +139,9 @@ def _stacking(subjects: Subjects) -> Iterator[tuple[str, Rows]]:
 
 GROUPINGS: dict[str, Callable[[Subjects], Iterator[tuple[str, Rows]]]] = {
     "all": _all,
-    "class": _class,
-    "object": _object,
-    "distance": _distance,
+    "class": lambda subjects: _named(subjects.table.class_name),
+    "object": lambda subjects: _named(subjects.table.object_name),
+    "distance": lambda subjects: _bins(subjects.table.distance, subjects.edges.distance, " m"),
     "visible_fraction": _visible_fraction,
     "lidar_points": _lidar_points,
     "variant": _variant,

@@ -18,7 +18,7 @@ from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, S
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import curve_rows, require_metrics, score_rows, spread_rows
+from warehouse_sim.benchmark.rows.scores import require_metrics, score_rows
 from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet, made
@@ -296,9 +296,6 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, repo
 def _rows(run: _Run) -> Iterator[Row]:
     for answer in run.answers:
         yield from score_rows(answer, run.suite)
-        if run.suite.curves:
-            yield from curve_rows(answer, run.suite)
-            yield from spread_rows(answer, run.suite)
     yield from chain.from_iterable(effect_rows(run.answers, run.suite, item) for item in run.suite.compare)
     yield from _found(run)
     yield from _simulated(run)

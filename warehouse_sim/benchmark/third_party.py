@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
-from warehouse_sim.benchmark.groups import EdgeConfig, lidar_points
+from warehouse_sim.benchmark.groups import lidar_points, places_of
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, posed_split
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig, Suite
@@ -53,8 +53,8 @@ class Protocol:
         rows &= np.isin(table.obj_id, self.objects) if self.objects else True
         rows &= np.isin(table.class_name, self.classes) if self.classes else True
         if self.least_points:
-            places = answer.subjects(EdgeConfig()).places()
-            rows &= np.array([answer.opened.points.get(place, 0) for place in places], dtype=int) >= self.least_points
+            points = [answer.opened.points.get(place, 0) for place in places_of(table)]
+            rows &= np.array(points, dtype=int) >= self.least_points
         return rows
 
 

@@ -8,6 +8,7 @@ third part of the challenges' AR, is measured on request: it takes longest, and 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -72,12 +73,14 @@ def bop_scores(
         if len(kept) < len(predictions):
             detected[name] = pairwise_errors(to_detect, kept, error_of, models)
     surfaces = None if seen is None else vsd_errors(to_locate, predictions, models, seen)
-    recall = {name: _average_recall(to_locate, [of], predictions, min_visible) for name, of in located.items()}
-    precision = {name: _mean_precision(to_detect, of, kept, min_visible) for name, of in detected.items()}
+    locate = [_Wanted.of(group, predictions, min_visible) for group in to_locate]
+    detect = [_Wanted.of(group, kept, min_visible) for group in to_detect]
+    recall = {name: _average_recall(locate, [of]) for name, of in located.items()}
+    precision = {name: _mean_precision(detect, of) for name, of in detected.items()}
     ar_vsd = ar = None
     if surfaces is not None:
         by_tolerance = [[found[..., tau] for found in surfaces] for tau in range(len(BOP_TAUS))]
-        ar_vsd = _average_recall(to_locate, by_tolerance, predictions, min_visible)
+        ar_vsd = _average_recall(locate, by_tolerance)
         ar = (ar_vsd + recall["mssd"] + recall["mspd"]) / 3.0
     return BopScores(
         recall["mssd"],
@@ -137,63 +140,53 @@ def _over_width(models: ErrorModels) -> ErrorOf:
     return error_of
 
 
-def _average_recall(
-    groups: Sequence[Group],
-    ways: Sequence[Sequence[Float[np.ndarray, "p g"]]],
-    predictions: Sequence[PoseEstimate],
-    min_visible: float,
-) -> float:
+class _Wanted(NamedTuple):
+    """What is to be found of a group, and how sure its estimates are."""
+
+    obj_id: int
+    evaluated: Bool[np.ndarray, " g"]
+    scores: Float[np.ndarray, " p"]
+
+    @classmethod
+    def of(cls, group: Group, predictions: Sequence[PoseEstimate], min_visible: float) -> "_Wanted":
+        """Return what counts from ``min_visible`` on."""
+        evaluated = np.array([target.visible_fraction >= min_visible for target in group.targets])
+        scores = np.array([predictions[row].score for row in group.estimates], dtype=float)
+        return cls(group.targets[0].obj_id, evaluated, scores)
+
+
+def _average_recall(groups: Sequence[_Wanted], ways: Sequence[Sequence[Float[np.ndarray, "p g"]]]) -> float:
     """Return the mean recall over all thresholds and over several ways to measure the errors of all groups."""
     wanted, hits = 0, 0
     for errors in ways:
-        for group, of_group in zip(groups, errors, strict=True):
-            evaluated = _evaluated(group, min_visible)
-            count, scores = int(evaluated.sum()), _scores(group, predictions)
+        for (_, evaluated, scores), of_group in zip(groups, errors, strict=True):
+            count = int(evaluated.sum())
             wanted += count
             for threshold in THRESHOLDS:
                 hits += len(match_by_score(of_group[:, evaluated], scores, count, threshold))
     return hits / (wanted * len(THRESHOLDS)) if wanted else float("nan")
 
 
-def _mean_precision(
-    groups: Sequence[Group],
-    errors: Sequence[Float[np.ndarray, "p g"]],
-    predictions: Sequence[PoseEstimate],
-    min_visible: float,
-) -> float:
-    by_object: dict[int, list[tuple[Group, np.ndarray]]] = {}
+def _mean_precision(groups: Sequence[_Wanted], errors: Sequence[Float[np.ndarray, "p g"]]) -> float:
+    by_object: dict[int, list[tuple[_Wanted, np.ndarray]]] = {}
     for group, of_group in zip(groups, errors, strict=True):
-        by_object.setdefault(group.targets[0].obj_id, []).append((group, of_group))
-    precisions = []
-    for parts in by_object.values():
-        if any(_evaluated(group, min_visible).any() for group, _ in parts):
-            for threshold in THRESHOLDS:
-                matches = [_matches(group, own, predictions, min_visible, threshold) for group, own in parts]
-                precisions.append(average_precision(matches))
+        by_object.setdefault(group.obj_id, []).append((group, of_group))
+    precisions = [
+        average_precision([_matches(group, own, threshold) for group, own in parts])
+        for parts in by_object.values()
+        if any(group.evaluated.any() for group, _ in parts)
+        for threshold in THRESHOLDS
+    ]
     return float(np.mean(precisions)) if precisions else float("nan")
 
 
-def _matches(
-    group: Group,
-    errors: Float[np.ndarray, "p g"],
-    predictions: Sequence[PoseEstimate],
-    min_visible: float,
-    threshold: float,
-) -> Matches:
-    evaluated, scores = _evaluated(group, min_visible), _scores(group, predictions)
+def _matches(group: _Wanted, errors: Float[np.ndarray, "p g"], threshold: float) -> Matches:
+    _, evaluated, scores = group
     right, ignored = np.zeros((2, len(scores)), dtype=bool)
     for row, column in match_by_score(errors, scores, len(scores), threshold).items():
         right[row], ignored[row] = evaluated[column], not evaluated[column]
     order = np.argsort(-scores, kind="stable")
     return Matches(scores[order], right[order], ignored[order], int(evaluated.sum()))
-
-
-def _evaluated(group: Group, min_visible: float) -> Bool[np.ndarray, " g"]:
-    return np.array([target.visible_fraction >= min_visible for target in group.targets])
-
-
-def _scores(group: Group, predictions: Sequence[PoseEstimate]) -> Float[np.ndarray, " p"]:
-    return np.array([predictions[row].score for row in group.estimates], dtype=float)
 
 
 def _best_of_each_image(predictions: Sequence[PoseEstimate]) -> list[PoseEstimate]:

@@ -24,24 +24,21 @@ def fraction_interval(
         resamples: Bootstrap resamples.
         rng: Source of the resamples.
     """
-    boot_low, boot_high = scene_bootstrap(values, scene_id, resamples, rng)
-    wilson_low, wilson_high = wilson(float(values.mean()), len(values))
-    return min(boot_low, wilson_low), max(boot_high, wilson_high)
-
-
-def scene_bootstrap(
-    values: Float[np.ndarray, " n"], scene_id: Int[np.ndarray, " n"], resamples: int, rng: np.random.Generator
-) -> tuple[float, float]:
-    """Return the percentile interval of the mean under resampling of whole scenes."""
     _, scene = np.unique(scene_id, return_inverse=True)
     sums, counts = np.bincount(scene, weights=values), np.bincount(scene)
-    picks = rng.multinomial(len(sums), np.full(len(sums), 1.0 / len(sums)), size=resamples)
-    return _percentiles(picks, sums, counts)
+    return _wider_interval(_resamples(len(sums), resamples, rng), sums, counts, float(values.mean()))
 
 
-def _percentiles(picks: np.ndarray, sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
+def _resamples(scenes: int, resamples: int, rng: np.random.Generator) -> Int[np.ndarray, "r s"]:
+    """Return how often each scene is drawn in each resample."""
+    return rng.multinomial(scenes, np.full(scenes, 1.0 / scenes), size=resamples)
+
+
+def _wider_interval(picks: np.ndarray, sums: np.ndarray, counts: np.ndarray, mean: float) -> tuple[float, float]:
+    """Return the percentiles over resamples of scenes, or the ends of Wilson's interval where those lie outside."""
     low, high = np.percentile((picks @ sums) / (picks @ counts), [2.5, 97.5])
-    return float(low), float(high)
+    wilson_low, wilson_high = wilson(mean, int(counts.sum()))
+    return min(float(low), wilson_low), max(float(high), wilson_high)
 
 
 def fraction_intervals(
@@ -67,12 +64,10 @@ def fraction_intervals(
         counts = np.bincount(scene[known], minlength=len(names))
         there = counts > 0
         if there.tobytes() not in picks:
-            fraction = np.full(int(there.sum()), 1.0 / there.sum())
-            picks[there.tobytes()] = np.random.default_rng(seed).multinomial(len(fraction), fraction, size=resamples)
+            picks[there.tobytes()] = _resamples(int(there.sum()), resamples, np.random.default_rng(seed))
         sums = np.bincount(scene[known], weights=values[known], minlength=len(names))
-        low, high = _percentiles(picks[there.tobytes()], sums[there], counts[there])
-        wilson_low, wilson_high = wilson(float(values[known].mean()), int(known.sum()))
-        intervals[name] = min(low, wilson_low), max(high, wilson_high)
+        mean = float(values[known].mean())
+        intervals[name] = _wider_interval(picks[there.tobytes()], sums[there], counts[there], mean)
     return intervals
 
 

@@ -10,7 +10,7 @@ from warehouse_sim.dataset.reader import ImageRecord, ObjectInfo
 from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face, docking_errors, docking_faces
 from warehouse_sim.evaluation.docking.insertion import DockingSlack, docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import mesh_slack
-from warehouse_sim.evaluation.docking.standing import ObjectStanding, Standings, face_columns
+from warehouse_sim.evaluation.docking.standing import Standings, face_columns
 from warehouse_sim.evaluation.error_table import ErrorTable, table_from_columns
 from warehouse_sim.evaluation.errors.pose_error import (
     add,
@@ -120,8 +120,7 @@ def object_columns(
             _fill(columns, rows, _docking_columns(best[mine], info, face, lanes))
     for row, estimate in zip(found.tolist(), estimates, strict=True):
         if estimate.face is not None:
-            stand = ObjectStanding(standings, places[row], info)
-            _fill(columns, row, face_columns(estimate.face, true[row], faces, stand))
+            _fill(columns, row, face_columns(estimate.face, true[row], faces, (standings, places[row], info)))
     return columns
 
 

@@ -13,9 +13,10 @@ from warehouse_sim.evaluation.bop_scores import BopScores
 from warehouse_sim.evaluation.docking.fork import FORK
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
 from warehouse_sim.evaluation.measure import MIN_MODEL_POINTS, MIN_VISIBLE
-from warehouse_sim.evaluation.metrics import DIAMETER_PERCENT, DOCKING_MARGIN_MM
 from warehouse_sim.evaluation.summary import (
+    DIAMETER_PERCENT,
     DISTANCE_EDGES,
+    DOCKING_MARGIN_MM,
     ILLUMINANCE_EDGES,
     RESAMPLES,
     RESAMPLING_SEED,

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -90,6 +91,21 @@ def test_what_was_answered_is_not_requested_again(tmp_path, monkeypatch: pytest.
     monkeypatch.setattr(record, "TRUCK", replace(TRUCK, speed=0.15))
     other = answer(Kept(path), evaluated(face), place)
     assert other["key"] != first["key"]
+
+
+def test_rows_survive_a_line_that_was_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "rows.jsonl"
+    kept = Kept(path)
+    kept.add("a", {"n": 1})
+    kept.add("b", {"n": 2})
+    path.write_text(path.read_text()[:-7])  # killed while it wrote
+    again = Kept(path)
+    assert "a" in again
+    assert "b" not in again
+    again.add("c", {"n": 3})
+    again.add("d", {"n": 4})
+    last = Kept(path)
+    assert [last[key]["n"] for key in "acd"] == [1, 3, 4]
 
 
 def row(swept: bool, outcome: str, clearance: float, scene: int) -> dict:

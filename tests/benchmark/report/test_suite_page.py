@@ -37,8 +37,9 @@ def page_of(tmp_path: Path, *results: SuiteResult) -> str:
     return write_suite_report(files, tmp_path / "page.html").read_text(encoding="utf-8")
 
 
-def test_the_page_is_whole_and_needs_nothing_else(tmp_path: Path) -> None:
-    text = page_of(tmp_path, everything(), replace(everything(seed=1), suite="second-v1"))
+def test_the_page_is_whole_needs_nothing_else_and_has_every_number_of_a_leaderboard(tmp_path: Path) -> None:
+    made = everything()
+    text = page_of(tmp_path, made, replace(everything(seed=1), suite="second-v1"))
     page = Page(text)
     outside = [v for k, v in page.attributes if k in ("src", "href", "xlink:href") and not v.startswith(("data:", "#"))]
     assert outside == []
@@ -49,11 +50,7 @@ def test_the_page_is_whole_and_needs_nothing_else(tmp_path: Path) -> None:
     aims = [v[1:] for k, v in page.attributes if k in ("href", "xlink:href")] + re.findall(r"url\(#([^)]+)\)", text)
     assert set(aims) <= set(names)
     assert len(svgs(text)) > 10
-
-
-def test_every_number_of_a_leaderboard_stands_on_the_page(tmp_path: Path) -> None:
-    made = everything()
-    words = " ".join(" ".join(Page(page_of(tmp_path, made)).words).split())
+    words = " ".join(" ".join(page.words).split())
     for item in made.rows:
         if item.table in ("simulated", "driven", "detection") or (item.table == "scores" and item.group == "all"):
             low, high = item.interval
@@ -95,11 +92,6 @@ def test_a_result_without_numbers_has_no_charts_and_says_why(tmp_path: Path) -> 
     assert "no recorded frames were given" in text
 
 
-def test_the_same_results_give_the_same_page(tmp_path: Path) -> None:
-    made = everything(("oracle", "net"))
-    assert page_of(tmp_path, made) == page_of(tmp_path, made)
-
-
 def test_markdown_has_the_leaderboards_and_no_name_breaks_its_table(tmp_path: Path) -> None:
     path = write_result(everything(HOSTILE), tmp_path / "r.json")
     lines = write_suite_report([path], tmp_path / "boards.md").read_text().splitlines()
@@ -113,7 +105,7 @@ def test_markdown_has_the_leaderboards_and_no_name_breaks_its_table(tmp_path: Pa
 
 
 def test_of_a_folder_a_quick_result_gives_way_to_the_full_one(tmp_path: Path) -> None:
-    full = everything()
+    full = result([row(np.random.default_rng(0), "scores", "net", "all", "dock_0mm")])
     write_result(full, tmp_path / "results" / "made.json")
     write_result(replace(full, quick=True), tmp_path / "results" / "made-quick.json")
     write_result(replace(full, quick=True, suite="other-v1"), tmp_path / "results" / "other-quick.json")
@@ -133,20 +125,24 @@ def test_what_is_no_result_and_what_comes_twice_is_rejected(tmp_path: Path) -> N
     assert not is_results(tmp_path / "nowhere")
 
 
-def test_the_command_draws_results_and_rejects_a_mixture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_result(everything(("oracle", "net")), tmp_path / "results" / "r.json")
+def test_the_command_draws_the_same_page_of_the_same_results_and_rejects_a_mixture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = everything(("oracle", "net"))
+    write_result(made, tmp_path / "results" / "r.json")
     out = tmp_path / "p.html"
     assert main(["report", str(tmp_path / "results"), "--out", str(out)]) == 0
     assert svgs(out.read_text())
+    assert out.read_text() == page_of(tmp_path, made)
     (tmp_path / "empty").mkdir()
     assert main(["report", str(tmp_path / "results"), str(tmp_path / "empty"), "--out", str(out)]) == 2
     assert "holds no results of suites" in capsys.readouterr().err
 
 
-def test_results_are_drawn_without_what_made_them() -> None:
-    heavy = "torch, mujoco, moderngl, embreex, open3d, sklearn"
+def test_results_are_drawn_and_scored_without_what_made_them() -> None:
+    heavy = "torch, mujoco, moderngl, embreex, open3d, sklearn, matplotlib, jinja2"
     code = (
-        "import sys, warehouse_sim.benchmark.report, warehouse_sim.benchmark.report.page\n"
+        "import sys, warehouse_sim.benchmark.report.page, warehouse_sim.evaluation.report\n"
         f"loaded = [name for name in '{heavy}'.split(', ') if name in sys.modules]\n"
         "sys.exit(str(loaded) if loaded else 0)"
     )

@@ -127,7 +127,7 @@ def test_points_of_a_damaged_pallet_inside_the_swept_tines_are_contact() -> None
     rng = np.random.default_rng(1)
     face = FACES["-x"]
     corners = MESH.vertices[MESH.faces]
-    weights = rng.dirichlet(np.ones(3), 3000)
+    weights = rng.dirichlet(np.ones(3), 1000)
     cloud = np.einsum("kw,mwc->mkc", weights, corners).reshape(-1, 3)
     T = np.array([random_motion(rng, 0.05, 0.05) for _ in range(25)])
     for pose, got in zip(T, clearance(face, T), strict=True):

@@ -21,15 +21,10 @@ from warehouse_sim.geometry.pose import (
     make_transform,
     quat_wxyz_from_matrix,
     rotation_y,
+    rotation_z,
     transform_points,
 )
-from warehouse_sim.physics.build import (
-    CONTACT_DAMPING,
-    CONTACT_IMPEDANCE,
-    CONTACT_TIME,
-    FRICTION,
-    TIME_STEP,
-)
+from warehouse_sim.physics.build import CONTACT_DAMPING, CONTACT_IMPEDANCE, CONTACT_TIME, FRICTION, TIME_STEP
 from warehouse_sim.schema import ObjectModel
 
 FORKS, PALLET, LOAD = "forks", "pallet", "load"
@@ -175,12 +170,8 @@ def _add_load(spec: mujoco.MjSpec, station: Station) -> None:
 
 def _add_truck(spec: mujoco.MjSpec, T_world_dock: Transform, tines: Float[np.ndarray, " t"]) -> None:
     """Add truck > lift > sideshifter > forks; drive and lift are where the heels are, counted from the dock frame."""
-    yaw, pitch = heading(T_world_dock)
-    level = make_transform(
-        np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]),
-        T_world_dock[:3, 3],
-    )
-    base = _body(spec.worldbody, "truck", level)
+    _, pitch = heading(T_world_dock)
+    base = _body(spec.worldbody, "truck", _level(T_world_dock))
     base.gravcomp = 1.0
     _weigh(base, TRUCK.truck_mass)
     _slide(base, "drive", (1.0, 0.0, 0.0))
@@ -250,7 +241,9 @@ def _add_box(body: mujoco.MjsBody, box: OrientedBox, **settings: object) -> None
 
 def nearest_along(T_world_dock: Transform, corners: Float[np.ndarray, "n 3"]) -> float:
     """Return the least place (m) of points in the world along the level heading of a dock frame."""
-    yaw, _ = heading(T_world_dock)
-    level = make_transform(None, T_world_dock[:3, 3])
-    level[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
-    return float(transform_points(invert(level), corners)[:, 0].min())
+    return float(transform_points(invert(_level(T_world_dock)), corners)[:, 0].min())
+
+
+def _level(T_world_dock: Transform) -> Transform:
+    """Return the frame at a dock frame that has its yaw alone."""
+    return make_transform(rotation_z(heading(T_world_dock)[0]), T_world_dock[:3, 3])

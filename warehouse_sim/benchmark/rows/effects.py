@@ -1,12 +1,12 @@
 """Paired effects: the same ground truth with one thing changed, by paired variants of a dataset or by conditions."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from warehouse_sim.benchmark.groups import groups
+from warehouse_sim.benchmark.groups import groups, places_of
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import make_row, over_trainings
 from warehouse_sim.benchmark.scored import Answer
@@ -20,18 +20,8 @@ _MOVED = 0.02
 """Objects whose places differ by more (m) are not the same."""
 Key = tuple[int, int, int]
 """Scene, place that it is seen from, instance."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pairs:
-    """Rows of two answers that are about the same object seen from the same place."""
-
-    first: Int[np.ndarray, " p"]
-    """Rows of the changed one."""
-    second: Int[np.ndarray, " p"]
-    """Rows of what it is compared with."""
-    unpaired: int
-    """Ground truths of the changed one that do not count in the other, as where too little is visible."""
+Pairs = tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]]
+"""Rows of the changed answer and of what it is compared with, about the same objects seen from the same places."""
 
 
 def effect_rows(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
@@ -57,13 +47,10 @@ def _between(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) ->
     for one, other in compare.between:
         first, second = (_named(answers, name) for name in (one, other))
         for condition in (name for name in first if name in second):
-            pair, everything = (
-                (first[condition], second[condition]),
-                np.ones(len(first[condition].scores[0].table), bool),
-            )
+            everything = np.arange(len(first[condition].scores[0].table))
             # The same rows: what counts as a ground truth depends on no estimate.
             compared = replace(compare, against=second[condition].group.name)
-            yield from _rows(*pair, (everything, everything), suite, compared, "all")
+            yield from _rows(first[condition], second[condition], (everything, everything), suite, compared, "all")
 
 
 def _named(answers: Sequence[Answer], name: str) -> dict[str, Answer]:
@@ -90,8 +77,8 @@ def _of_variants(answers: Sequence[Answer], suite: Suite, compare: CompareConfig
             )
         for variant in dict.fromkeys(variants):
             if variant != compare.against:
-                rows = _rows_of(answer, variant), _rows_of(answer, compare.against)
-                yield from _rows(answer, answer, rows, suite, compare, variant)
+                pairs = paired(answer, answer, _rows_of(answer, variant), _rows_of(answer, compare.against))
+                yield from _rows(answer, answer, pairs, suite, compare, variant)
 
 
 def _of_conditions(answers: Sequence[Answer], suite: Suite, compare: CompareConfig) -> Iterator[Row]:
@@ -102,32 +89,27 @@ def _of_conditions(answers: Sequence[Answer], suite: Suite, compare: CompareConf
     among = compare.among or tuple(name for name in by_name if name != compare.against)
     for name in among:
         if name in by_name:
-            rows = _all_rows(by_name[name]), _all_rows(against)
-            yield from _rows(by_name[name], against, rows, suite, compare, "")
+            pairs = paired(by_name[name], against, _all_rows(by_name[name]), _all_rows(against))
+            yield from _rows(by_name[name], against, pairs, suite, compare, "")
 
 
 def _rows(
-    first: Answer,
-    second: Answer,
-    rows: tuple[Bool[np.ndarray, " n"], Bool[np.ndarray, " m"]],
-    suite: Suite,
-    compare: CompareConfig,
-    label: str,
+    first: Answer, second: Answer, pairs: Pairs, suite: Suite, compare: CompareConfig, label: str
 ) -> Iterator[Row]:
-    pairs = same_rows(*rows) if compare.between else paired(first, second, *rows)
+    mine, theirs = pairs
     if compare.changed_only:
-        seen = first.scores[0].table.visible_fraction, second.scores[0].table.visible_fraction
-        changed = np.abs(seen[0][pairs.first] - seen[1][pairs.second]) > _SAME
-        pairs = Pairs(pairs.first[changed], pairs.second[changed], pairs.unpaired)
+        seen, other_seen = (answer.scores[0].table.visible_fraction for answer in (first, second))
+        changed = np.abs(seen[mine] - other_seen[theirs]) > _SAME
+        mine, theirs = mine[changed], theirs[changed]
     values = {metric: (over_trainings(first, metric), over_trainings(second, metric)) for metric in suite.metrics}
     subjects = first.subjects(suite.edges)
     for group, of_group in groups(subjects, compare.by):
-        inside = of_group[pairs.first]
+        inside = of_group[mine]
         what = compare.factor if label == "all" else f"{compare.factor}: {label or first.condition}"
         named = what if group == "all" else f"{what}, {group}"
         for metric, (one, other) in values.items():
-            gains = one[:, pairs.first[inside]] - other[:, pairs.second[inside]]
-            row = _effect(first, named, metric, gains, subjects.table.scene_id[pairs.first[inside]], compare.against)
+            gains = one[:, mine[inside]] - other[:, theirs[inside]]
+            row = _effect(first, named, metric, gains, subjects.table.scene_id[mine[inside]], compare.against)
             if row is not None:
                 yield row
 
@@ -146,11 +128,6 @@ def _effect(
     return make_row(answer, "effects", label, metric, value, (low, high), scenes, against)
 
 
-def same_rows(rows: Bool[np.ndarray, " n"], others: Bool[np.ndarray, " n"]) -> Pairs:
-    """Return pairs of rows of two answers to the same question."""
-    return Pairs(np.flatnonzero(rows), np.flatnonzero(others), 0)
-
-
 def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: Bool[np.ndarray, " m"]) -> Pairs:
     """Return which of some rows of two answers belong together, by scene, place and instance.
 
@@ -161,40 +138,31 @@ def paired(first: Answer, second: Answer, rows: Bool[np.ndarray, " n"], others: 
         others: Of the second.
     """
     mine, theirs = _seen(first), _seen(second)
-    place = {theirs[row].key: row for row in np.flatnonzero(others).tolist()}
+    place = {theirs[row][0]: row for row in np.flatnonzero(others).tolist()}
     found = []
     for row in np.flatnonzero(rows).tolist():
-        other = place.get(mine[row].key, -1)
+        key, centre = mine[row]
+        other = place.get(key, -1)
         # Scenes of two recipes with one seed may hold other things under the same numbers.
-        if other >= 0 and np.abs(mine[row].centre - theirs[other].centre).max() < _MOVED:
+        if other >= 0 and np.abs(centre - theirs[other][1]).max() < _MOVED:
             found.append((row, other))
     left, right = np.array(found, dtype=int).reshape(-1, 2).T
-    return Pairs(left, right, int(rows.sum()) - len(found))
+    return left, right
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """A ground truth as paired variants share it."""
-
-    key: Key
-    centre: Float[np.ndarray, " 3"]
-    """Of the object in the camera frame (m)."""
-
-
-def _seen(answer: Answer) -> list[_Seen]:
-    """Return of each row the scene, the number of the viewpoint and the instance, and where it is."""
+def _seen(answer: Answer) -> list[tuple[Key, Float[np.ndarray, " 3"]]]:
+    """Return of each row the scene, the number of the viewpoint and the instance, and where it is (camera frame, m)."""
     numbers = answer.opened.groups
     targets = {
         (image.scene_id, image.image_id, item.gt_index): item
         for image in answer.opened.reader.images(answer.opened.split)
         for item in image.targets
     }
-    table, found = answer.scores[0].table, []
-    places = zip(table.scene_id.tolist(), table.image_id.tolist(), table.gt_index.tolist(), strict=True)
-    for scene, image, index in places:
+    found = []
+    for scene, image, index in places_of(answer.scores[0].table):
         item = targets[scene, image, index]
         key = scene, numbers[image] if numbers else image, item.instance_id or item.gt_index
-        found.append(_Seen(key, item.T_camera_object[:3, 3]))
+        found.append((key, item.T_camera_object[:3, 3]))
     return found
 
 

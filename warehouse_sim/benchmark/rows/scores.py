@@ -1,6 +1,6 @@
 """Rows of a result made of scores: fractions of every group and metric, accuracy over threshold, spread of errors."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
-from warehouse_sim.evaluation.metrics import pass_values
+from warehouse_sim.evaluation.summary import pass_values
 
 RESAMPLES = 1000
 _AMONG_FOUND = "_of_found"
@@ -23,7 +23,7 @@ LINEMOD_SYMMETRIC = (10, 11)
 def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
     """Return one value in 0-1 a ground truth by metric, nan where it does not apply.
 
-    Beside those of ``evaluation.metrics``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
+    Beside those of ``evaluation.summary``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
     eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate.
     """
     values = pass_values(table, range(1, 11))
@@ -52,23 +52,25 @@ def over_trainings(answer: Answer, metric: str) -> Float[np.ndarray, "t n"]:
 
 
 def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
-    """Yield the fractions of every group and metric of a suite."""
-    columns = {metric: over_trainings(answer, metric) for metric in suite.metrics}
+    """Yield the fractions of every group and metric of a suite; then, where it asks for them, curves and spreads."""
+    yield from _fraction_rows(answer, suite, "scores", suite.metrics)
+    if suite.curves:
+        yield from _fraction_rows(answer, suite, "curves", [f"add_{percent}pct" for percent in range(1, 11)])
+        yield from spread_rows(answer, suite)
+
+
+def _fraction_rows(answer: Answer, suite: Suite, table: Table, metrics: Sequence[str]) -> Iterator[Row]:
+    columns = {metric: over_trainings(answer, metric) for metric in metrics}
     subjects = answer.subjects(suite.edges)
     for label, rows in all_groups(subjects, suite.by):
         for metric, values in columns.items():
-            row = fraction_row(answer, "scores", label, metric, values[:, rows], subjects.table.scene_id[rows])
+            row = _fraction_row(answer, table, label, metric, values[:, rows], subjects.table.scene_id[rows])
             if row is not None:
                 yield row
 
 
-def fraction_row(
-    answer: Answer,
-    table: Table,
-    label: str,
-    metric: str,
-    values: Float[np.ndarray, "t n"],
-    scene_id: np.ndarray,
+def _fraction_row(
+    answer: Answer, table: Table, label: str, metric: str, values: Float[np.ndarray, "t n"], scene_id: np.ndarray
 ) -> Row | None:
     """Return a fraction as a row; None where it applies to nothing.
 
@@ -123,17 +125,6 @@ def rounded_row(
     """Return a row whose interval holds its value, both with five digits."""
     ends = round(float(min(interval[0], value)), 5), round(float(max(interval[1], value)), 5)
     return Row(*place, round(value, 5), ends, len(scene_id), len(set(scene_id.tolist())), trainings, against)
-
-
-def curve_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
-    """Yield accuracy over threshold, 1 to 10 % of the diameter, of every group."""
-    subjects = answer.subjects(suite.edges)
-    columns = {f"add_{percent}pct": over_trainings(answer, f"add_{percent}pct") for percent in range(1, 11)}
-    for label, rows in all_groups(subjects, suite.by):
-        for metric, values in columns.items():
-            row = fraction_row(answer, "curves", label, metric, values[:, rows], subjects.table.scene_id[rows])
-            if row is not None:
-                yield row
 
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -97,20 +97,11 @@ class Standings:
         return self._lanes[name, face.name]
 
 
-@dataclass(frozen=True, eq=False)
-class ObjectStanding:
-    """The same of one object."""
-
-    standings: Standings
-    place: Place
-    info: ObjectInfo
-
-
 def face_columns(
     estimated: PalletFace,
     T_camera_object: Transform,
     faces: Sequence[DockingFace],
-    standing: ObjectStanding | None = None,
+    standing: tuple[Standings, Place, ObjectInfo] | None = None,
 ) -> dict[str, Any]:
     """Return what a row of scores says of docking, for the face that the face means: the one with its direction.
 
@@ -118,7 +109,7 @@ def face_columns(
         estimated: The estimate.
         T_camera_object: The true pose.
         faces: Sides of the object that can be approached.
-        standing: How the object stands in its scene; None is not known.
+        standing: How objects stand, and which of them it is; None is not known.
 
     Returns:
         Columns of the error table; none where that side has not as many pockets as the face.
@@ -137,7 +128,7 @@ def face_columns(
     clearance = np.minimum(slack.lateral, slack.vertical)
     limiting: str | None = None
     if standing is not None:
-        place, info, standings = standing.place, standing.info, standing.standings
+        standings, place, info = standing
         lane = standings.lane(place, info, face)
         if lane is not None and np.isfinite(slack.heel[0]):
             clearance = mesh_slack(T_object_estimated, face, -float(info.size[2]) / 2.0, lane, tines)

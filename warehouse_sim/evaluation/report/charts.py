@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float
 from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_WIDTH, DockingFace
 from warehouse_sim.evaluation.docking.insertion import insertion_depth
 from warehouse_sim.evaluation.error_table import ErrorTable
-from warehouse_sim.evaluation.metrics import accuracy_curve
 from warehouse_sim.evaluation.report.figure import PALETTE, chart
+from warehouse_sim.evaluation.summary import accuracy_curve
 from warehouse_sim.evaluation.trust import risk_coverage, succeeded
 
 _PASS, _FAIL, _QUIET = PALETTE[0], PALETTE[1], "#8b949e"

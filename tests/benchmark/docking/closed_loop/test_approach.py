@@ -24,7 +24,7 @@ from warehouse_sim.scene.viewpoints.mountings import FORKLIFT
 
 SETTING = Setting("alone", 0, CAMERA)
 PLACE = station(300.0, pose=at(0.7, -1.2, 0.072, 2.1))
-GRID = [(back, fraction, off) for back in (4.0, 5.5, 7.0) for fraction in (-0.15, 0.0, 0.15) for off in (-10, 0, 10)]
+GRID = [(back, fraction, off) for back in (4.0, 5.5, 7.0) for fraction in (-0.15, 0.0, 0.15) for off in (-10, 10)]
 """From the face (m), beside its axis as a fraction of the way to go, and off the line of sight (deg)."""
 
 

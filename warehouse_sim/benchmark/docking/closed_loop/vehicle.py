@@ -39,7 +39,6 @@ class Motion:
         Args:
             speed: Wanted (m/s), >= 0.
             curvature: Wanted (1/m); no more than the truck's least radius allows.
-            config: How fast speed and steering follow.
         """
         wanted = wheel_for(curvature)
         turn, gain = DRIVE.steer_rate * DRIVE.tick, DRIVE.acceleration * DRIVE.tick
