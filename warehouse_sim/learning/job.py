@@ -200,8 +200,7 @@ def starting_weights(init: str | Path, file: Path) -> StartingWeights:
 @contextmanager
 def _fed(job: TrainingJob, progress: Progress | None) -> Iterator[tuple[TrainingJob, AwaitedStream | None]]:
     """Give a job, and the stream that feeds it if its settings name one; that is closed in the end."""
-    named = getattr(getattr(job.config, "stream", None), "recipe", "")
-    if not named or job.open_stream is None:
+    if not job.config.fed_by or job.open_stream is None:
         yield job, None
         return
     with closing(AwaitedStream(job.open_stream, progress)) as stream:
