@@ -23,7 +23,7 @@ from warehouse_sim.learning.observer import Observer, StepForecast, TrainingStat
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
 from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, StartingWeights, read_weights
-from warehouse_sim.learning.samples.awaited import AwaitedStream
+from warehouse_sim.learning.samples.stream_window import AwaitedStream
 from warehouse_sim.learning.settings import LoopConfig, Progress
 from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 from warehouse_sim.output import writing
