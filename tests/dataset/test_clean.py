@@ -10,7 +10,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA, failures, make_dataset, make_manifest, make_scene, observe, with_recipe
 from warehouse_sim.dataset.files.image_io import decode_depth, encode_clean_depth
-from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
+from warehouse_sim.dataset.formats.kitti import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.validate import validate

@@ -11,7 +11,7 @@ import pytest
 from tests.dataset.toy import CARTON, PALLET
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.dataset.files.ply import read_ply, write_ply
-from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop import bop_layout
 from warehouse_sim.dataset.formats.bop.models import write_models
 from warehouse_sim.dataset.formats.bop.reader import read_model
 from warehouse_sim.dataset.object_gt import geometry_problems, hull_corners

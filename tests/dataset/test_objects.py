@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CARTON, PALLET
-from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop import bop_layout
 from warehouse_sim.dataset.formats.bop.reader import read_model
 from warehouse_sim.dataset.objects import read_objects, write_objects
 from warehouse_sim.errors import DatasetError

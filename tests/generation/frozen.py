@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.result import RESULTS
-from warehouse_sim.dataset.formats.kitti.labels import label_rows
+from warehouse_sim.dataset.formats.kitti.reader import label_rows
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe

@@ -162,7 +162,7 @@ def _merge(shards: Sequence[Path], out: Path, resume: bool, skip_failed: bool, o
 
 def _print_facts(out: Path, manifest: "Manifest") -> None:
     """Print what the scenes came out as."""
-    from warehouse_sim.dataset.card.realised import missing_test, realised
+    from warehouse_sim.dataset.card.of_dataset import missing_test, realised
 
     for line in realised(out, manifest):
         print(line)

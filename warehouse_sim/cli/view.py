@@ -50,8 +50,7 @@ def view(
         require_ending("--save", save, ".rrd")
     require_extra("view", "to view a dataset")
     from warehouse_sim.dataset.reader import DatasetReader
-    from warehouse_sim.dataset.viewing.sink import open_recording
-    from warehouse_sim.dataset.viewing.stream import stream_images
+    from warehouse_sim.dataset.viewing.stream import open_recording, stream_images
 
     reader = DatasetReader(data)
     splits = [name for name in reader.splits if reader.splits[name]] if split in (None, "all") else [split]

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8, UInt16
 
 from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
-from warehouse_sim.dataset.formats.folder.files import require_intrinsics
+from warehouse_sim.dataset.formats.folder import require_intrinsics
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, read_manifest, require_no_part
 from warehouse_sim.dataset.objects import ObjectInfo

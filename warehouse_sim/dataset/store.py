@@ -4,9 +4,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 
-from warehouse_sim.dataset.card.bins import split_table
 from warehouse_sim.dataset.card.of_dataset import dataset_card, put_together, write_recipe
-from warehouse_sim.dataset.card.tally import SceneTally
+from warehouse_sim.dataset.card.tally import SceneTally, split_table
 from warehouse_sim.dataset.card.text import write_card
 from warehouse_sim.dataset.card.thumbnails import shown_observations, write_sheet, write_thumbnail
 from warehouse_sim.dataset.discard import discard_scene, discard_unstarted

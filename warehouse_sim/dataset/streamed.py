@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.image_io import depth_steps, fitting_depth
-from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
-from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
+from warehouse_sim.dataset.formats.bop.tables import BopRows, camera_row, pose_row, read_image, visibility_row
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, ObservationFiles
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord

@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from warehouse_sim.dataset.checks import manifest, structure
+from warehouse_sim.dataset.checks import structure
 from warehouse_sim.dataset.checks.findings import Check, Findings, NamedCheck
-from warehouse_sim.dataset.checks.subject import Subject
+from warehouse_sim.dataset.checks.subject import Subject, ThirdPartySubject
 from warehouse_sim.dataset.checks.third_party import checks_of
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.formats import FORMATS, dataset_format
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
@@ -20,7 +19,7 @@ __all__ = ["Check", "validate"]
 ProgressCallback = Callable[[float, str], None]
 """Called with the fraction of the work that is done (0-1) and the name of the check that runs."""
 _CHECKS = (
-    NamedCheck("manifest", manifest.contents),
+    NamedCheck("manifest", structure.contents),
     NamedCheck("objects", structure.objects),
     NamedCheck("scene records", structure.scenes),
 )
@@ -43,7 +42,7 @@ def validate(root: str | Path, progress: ProgressCallback = lambda fraction, not
         return _all(others, [(check, others) for check in checks_of(others)], progress)
     try:
         subject = Subject(root, read_manifest(root))
-        manifest.require_size(subject)
+        structure.require_size(subject)
     except WarehouseSimError as problem:
         return [Check("manifest", False, str(problem))]
     requested = [(check, subject if name is None else subject.of_format(name)) for check, name in _requested(subject)]

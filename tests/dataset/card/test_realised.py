@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from warehouse_sim.dataset.card.realised import missing_test, realised
+from warehouse_sim.dataset.card.of_dataset import missing_test, realised
 from warehouse_sim.dataset.manifest import read_manifest
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.dataset.card.bins import BINS, split_table
+from warehouse_sim.dataset.card.tally import BINS, split_table
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation, RecordedTarget
 
 

@@ -14,7 +14,7 @@ from pycocotools import mask as coco_mask
 
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
 from tests.shared import hashes
-from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
+from warehouse_sim.dataset.formats.bop.shards import shards_layout
 from warehouse_sim.dataset.formats.bop.shards.writer import ShardsWriter, merge
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.objects import write_objects

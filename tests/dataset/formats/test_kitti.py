@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, T_CAMERA_LIDAR, make_manifest, make_scene, observation_of, observe
-from warehouse_sim.dataset.formats.kitti.labels import kitti_label, label_line
-from warehouse_sim.dataset.formats.kitti.reader import parse_label
+from warehouse_sim.dataset.formats.kitti.reader import kitti_label, label_line, parse_label
 from warehouse_sim.dataset.formats.kitti.writer import KittiWriter
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.errors import DatasetError

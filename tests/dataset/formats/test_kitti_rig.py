@@ -9,7 +9,7 @@ import pytest
 
 from tests.dataset.toy import CAMERA, T_CAMERA_LIDAR, failures, make_dataset, make_manifest, with_recipe
 from warehouse_sim.dataset.files.image_io import encode_disparity
-from warehouse_sim.dataset.formats.kitti.layout import KITTI_KINDS, kitti_kinds
+from warehouse_sim.dataset.formats.kitti import KITTI_KINDS, kitti_kinds
 from warehouse_sim.dataset.formats.kitti.reader import parse_calib
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents

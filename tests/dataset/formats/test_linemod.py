@@ -11,7 +11,7 @@ import yaml
 
 from tests.dataset.formats.test_external_bop import EDGES, HEIGHT, WIDTH, ascii_ply, place, visible
 from tests.dataset.toy import CAMERA, PALLET, make_dataset, make_manifest, make_scene, observe, write_scene
-from warehouse_sim.dataset.formats.linemod.layout import yaml_row
+from warehouse_sim.dataset.formats.linemod import yaml_row
 from warehouse_sim.dataset.formats.reader_base import box_mask
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore

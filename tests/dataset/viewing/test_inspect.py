@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_scene, observe
-from warehouse_sim.dataset.card.bins import bin_names, text_bars
+from warehouse_sim.dataset.card.tally import bin_names, text_bars
 from warehouse_sim.dataset.viewing.panels import Captions
 from warehouse_sim.dataset.viewing.report import inspect
 from warehouse_sim.errors import DatasetError

@@ -17,8 +17,7 @@ from rerun.chunk import RrdReader
 from tests.dataset.toy import CAMERA, T_CAMERA_LIDAR, make_dataset, make_manifest, make_scene, observe
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.viewing.sink import open_recording
-from warehouse_sim.dataset.viewing.stream import stream_images
+from warehouse_sim.dataset.viewing.stream import open_recording, stream_images
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.lens import Distortion
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from warehouse_sim.dataset.card.bins import BINS, bin_names, text_bars
-from warehouse_sim.dataset.card.tally import Tally
+from warehouse_sim.dataset.card.tally import BINS, Tally, bin_names, text_bars
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.output import write_bytes
 

@@ -1,4 +1,4 @@
-"""The dataset under test, and what the checks fraction of it."""
+"""What is under test, of this package or made by others, and what all its checks ask of it."""
 
 import copy
 import os
@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.formats import FORMATS, FormatReader, dataset_format, has_depth
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
@@ -28,7 +28,30 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-class Subject:
+class Examined:
+    """A folder under test.
+
+    Args:
+        root: The folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.progress: Callable[[float], None] = lambda fraction: None
+        """Called with the fraction (0-1) of a check's work that is done."""
+
+    def each(self, items: Sequence[T], examine: Callable[[T], R]) -> Iterator[R]:
+        """Yield what ``examine`` says of each item, in order, and report the progress.
+
+        Items are examined side by side in threads: most of the work is in libraries that let others run meanwhile.
+        """
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for done, result in enumerate(pool.map(examine, items), start=1):
+                yield result
+                self.progress(done / len(items))
+
+
+class Subject(Examined):
     """A dataset with a readable manifest, seen through one of its formats.
 
     Args:
@@ -37,9 +60,8 @@ class Subject:
     """
 
     def __init__(self, root: Path, manifest: Manifest) -> None:
-        self.root, self.manifest = root, manifest
-        self.progress: Callable[[float], None] = lambda fraction: None
-        """Called with the fraction (0-1) of a check's work that is done."""
+        super().__init__(root)
+        self.manifest = manifest
         self.layout = DatasetLayout(root)
         self._records: dict[int, SceneRecord] = {}
         self._format: str | None = None
@@ -109,16 +131,6 @@ class Subject:
             raise DatasetError(f"{self.layout.scene_record(scene_index)}: has no observation {observation}")
         return poses[observation]
 
-    def each(self, items: Sequence[T], examine: Callable[[T], R]) -> Iterator[R]:
-        """Yield what ``examine`` says of each item, in order, and report the progress.
-
-        Items are examined side by side in threads: most of the work is in libraries that let others run meanwhile.
-        """
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            for done, result in enumerate(pool.map(examine, items), start=1):
-                yield result
-                self.progress(done / len(items))
-
     def put_together(self, items: Sequence[T], examine: Callable[[T], Findings]) -> Findings:
         """Return what ``examine`` has found in all items, which are looked at as ``each`` does."""
         findings = Findings()
@@ -142,3 +154,50 @@ class Subject:
         """Yield every image that the format's reader has."""
         for split in SPLITS:
             yield from self.readable.images(split)
+
+
+class ThirdPartySubject(Examined):
+    """A folder that a known format recognises.
+
+    Args:
+        root: The folder.
+        format_name: Name of that format.
+        reader: What reads it.
+    """
+
+    def __init__(self, root: Path, format_name: str, reader: FormatReader) -> None:
+        super().__init__(root)
+        self.format_name, self.reader = format_name, reader
+
+    @classmethod
+    def of(cls, root: Path) -> Self:
+        """Open a folder.
+
+        Raises:
+            DatasetError: No known format recognises it.
+        """
+        for name in FORMATS.names():
+            reader = open_format(root, [name]) if dataset_format(name).recognises(root) else None
+            if reader is not None:
+                return cls(root, name, reader)
+        raise DatasetError(f"{root}: is a dataset of none of the known formats: {', '.join(FORMATS.names())}")
+
+    @cached_property
+    def lacks(self) -> frozenset[str]:
+        """What the folder has none of: "depth", "masks", "ground-truth masks", "amodal masks", "meshes", "colour"."""
+        has_meshes = any(info.has_cad and info.read_mesh is not None for info in self.reader.objects.values())
+        found = {"meshes": has_meshes, "depth": has_depth(self.reader)}
+        return frozenset(getattr(self.reader, "lacks", ())) | {name for name, there in found.items() if not there}
+
+    @cached_property
+    def images(self) -> list[ImageRecord]:
+        """Every image of every split.
+
+        Raises:
+            DatasetError: A table is missing or malformed.
+        """
+        return [image for split in self.reader.splits for image in self.reader.images(split)]
+
+    def where(self, image: ImageRecord) -> str:
+        """Name an image."""
+        return f"{self.root}: {image.split} scene {image.scene_id}, image {image.image_id}"

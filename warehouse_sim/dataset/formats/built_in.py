@@ -1,7 +1,9 @@
-"""What the formats of this package have in common: each part is imported on use."""
+"""What the formats of this package have in common: parts that are imported on use, and the bases of writers."""
 
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -9,6 +11,8 @@ from typing import Any
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
 from warehouse_sim.dataset.manifest import Manifest
+from warehouse_sim.dataset.objects import ObjectInfo, read_objects
+from warehouse_sim.output import writing
 from warehouse_sim.schema.outputs import Output
 
 
@@ -61,3 +65,50 @@ class BuiltIn:
 def _part(place: str) -> Any:
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
+
+
+class WriterBase:
+    """Base of writers.
+
+    Args:
+        root: Folder of the dataset.
+        manifest: Of the dataset.
+    """
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self._root, self._manifest = root, manifest
+
+    def finish(self) -> None:
+        """Store nothing; formats with files that need all scenes store them."""
+
+    @cached_property
+    def _objects(self) -> dict[int, ObjectInfo]:
+        return read_objects(self._root)
+
+
+class SceneWriterBase:
+    """Base of what writes the observations of one scene."""
+
+    def finish(self) -> None:
+        """Store nothing; formats with files that cover a scene store them."""
+
+
+def remove_folder(path: Path) -> None:
+    """Delete a folder, if there is one.
+
+    Raises:
+        OutputError: It cannot be deleted.
+    """
+    if path.exists():
+        with writing(path):
+            shutil.rmtree(path)
+
+
+def remove_file(path: Path) -> None:
+    """Delete a file, if there is one.
+
+    Raises:
+        OutputError: It cannot be deleted.
+    """
+    with writing(path):
+        path.unlink(missing_ok=True)

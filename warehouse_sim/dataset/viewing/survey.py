@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.dataset.card.bins import BINS, bin_names, count_in_bins, text_bars
+from warehouse_sim.dataset.card.tally import BINS, bin_names, count_in_bins, text_bars
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

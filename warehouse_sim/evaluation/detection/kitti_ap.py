@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.plain import decimal
-from warehouse_sim.dataset.formats.kitti.layout import KittiLayout, kitti_layout
+from warehouse_sim.dataset.formats.kitti import KittiLayout, kitti_layout
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels, read_text
 from warehouse_sim.dataset.reader import ALL
 from warehouse_sim.dataset.split import SPLITS

@@ -1,8 +1,8 @@
 """The checks of every dataset made by third parties."""
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
+from warehouse_sim.dataset.checks.subject import ThirdPartySubject
 from warehouse_sim.dataset.checks.third_party import images, labels, poses
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
 from warehouse_sim.dataset.formats import dataset_format, third_party_checks
 
 _CHECKS = (

@@ -5,7 +5,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.dataset.checks.colour import LEAST_RANK, OF_ANOTHER_PLACE, edge_rank
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
+from warehouse_sim.dataset.checks.subject import ThirdPartySubject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy

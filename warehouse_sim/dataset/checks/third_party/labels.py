@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
+from warehouse_sim.dataset.checks.subject import ThirdPartySubject
 from warehouse_sim.dataset.object_gt import geometry_problems, inside_out
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.checks.depth import point_depth, range_fraction
 from warehouse_sim.dataset.checks.findings import Findings
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
+from warehouse_sim.dataset.checks.subject import ThirdPartySubject
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.mesh import sample_surface
 

@@ -14,12 +14,17 @@ from jaxtyping import Bool, Float32, UInt8
 
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import WHOLE, take
-from warehouse_sim.dataset.formats.bop.external_image import held_out
+from warehouse_sim.dataset.formats.bop import NAME, BopLayout
 from warehouse_sim.dataset.formats.bop.external_models import model_folders, read_models
-from warehouse_sim.dataset.formats.bop.external_split import KeyedSplit, ScenewiseSplit, is_scene, keyed_folder
-from warehouse_sim.dataset.formats.bop.layout import NAME, BopLayout
-from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT
-from warehouse_sim.dataset.formats.bop.shards.layout import NAME as SHARDS
+from warehouse_sim.dataset.formats.bop.external_split import (
+    KeyedSplit,
+    ScenewiseSplit,
+    held_out,
+    is_scene,
+    keyed_folder,
+)
+from warehouse_sim.dataset.formats.bop.shards import COMPACT
+from warehouse_sim.dataset.formats.bop.shards import NAME as SHARDS
 from warehouse_sim.dataset.formats.reader_base import Box, ReaderBase, box_mask, metres, require_size
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

@@ -9,7 +9,7 @@ import numpy as np
 from warehouse_sim.dataset.files.checksums import write_checksums
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.ply import write_ply
-from warehouse_sim.dataset.formats.bop.layout import BopLayout
+from warehouse_sim.dataset.formats.bop import BopLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, grid_box, merge, split_long_edges, unit_box
 from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, transform_points

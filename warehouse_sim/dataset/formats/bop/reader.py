@@ -12,8 +12,8 @@ from warehouse_sim.dataset.files.image_io import decode_depth, decode_mask, deco
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import PIXELS, take
 from warehouse_sim.dataset.files.ply import read_ply
+from warehouse_sim.dataset.formats.bop import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.exact_images import read_class_table, require_known_values
-from warehouse_sim.dataset.formats.bop.layout import BopLayout, BopSceneLayout, bop_layout
 from warehouse_sim.dataset.formats.bop.tables import read_bop_scene
 from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size
 from warehouse_sim.dataset.manifest import Manifest, read_manifest

@@ -11,16 +11,7 @@ from typing import Any
 
 from warehouse_sim.dataset.files.json_file import read_table, write_json
 from warehouse_sim.dataset.files.plain import lens_row
-from warehouse_sim.dataset.formats.bop.exact_images import ClassTable, exact_files
-from warehouse_sim.dataset.formats.bop.labels import (
-    DEPTH_SCALE,
-    camera_row,
-    coco_annotation,
-    coco_image,
-    pose_row,
-    visibility_row,
-)
-from warehouse_sim.dataset.formats.bop.layout import (
+from warehouse_sim.dataset.formats.bop import (
     BopLayout,
     BopSceneLayout,
     bop_layout,
@@ -28,14 +19,23 @@ from warehouse_sim.dataset.formats.bop.layout import (
     image_kinds,
     mask_kinds,
 )
+from warehouse_sim.dataset.formats.bop.exact_images import ClassTable, exact_files
 from warehouse_sim.dataset.formats.bop.models import write_models
+from warehouse_sim.dataset.formats.bop.tables import (
+    DEPTH_SCALE,
+    camera_row,
+    coco_annotation,
+    coco_image,
+    pose_row,
+    visibility_row,
+)
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.formats.observation_files import (
     VISIBLE_ENOUGH,
     LabelledTarget,
     ObservationFiles,
     SharedFile,
 )
-from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.stored.contents import Contents

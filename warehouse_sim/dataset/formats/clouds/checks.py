@@ -12,7 +12,7 @@ from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import WHOLE, read_transform, take
 from warehouse_sim.dataset.files.point_table import CAMERA_FIELDS, SWEEP_FIELDS, Table, places
 from warehouse_sim.dataset.files.record import read_camera_row
-from warehouse_sim.dataset.formats.clouds.layout import READERS, CloudLayout, cloud_layout
+from warehouse_sim.dataset.formats.clouds import READERS, CloudLayout, cloud_layout
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.scene_record import RecordedObject
 from warehouse_sim.geometry.camera import PinholeCamera

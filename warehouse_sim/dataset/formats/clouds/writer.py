@@ -11,7 +11,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.files.record import camera_row
-from warehouse_sim.dataset.formats.clouds.layout import CloudLayout, cloud_layout
+from warehouse_sim.dataset.formats.clouds import CloudLayout, cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles

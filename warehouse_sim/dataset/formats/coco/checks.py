@@ -13,7 +13,7 @@ from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_mask, decode_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import take, take_numbers
-from warehouse_sim.dataset.formats.coco.layout import Table, coco_layout, tables_of
+from warehouse_sim.dataset.formats.coco import Table, coco_layout, tables_of
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS

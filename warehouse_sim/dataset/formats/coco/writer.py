@@ -8,8 +8,8 @@ from typing import Any
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import take
 from warehouse_sim.dataset.files.png import encode_png
-from warehouse_sim.dataset.formats.coco.labels import amodal_row, id_colors, image_row, instance_row, segments
-from warehouse_sim.dataset.formats.coco.layout import (
+from warehouse_sim.dataset.formats.built_in import WriterBase, remove_file, remove_folder
+from warehouse_sim.dataset.formats.coco import (
     IMAGES,
     CocoLayout,
     Table,
@@ -17,8 +17,8 @@ from warehouse_sim.dataset.formats.coco.layout import (
     image_number,
     tables_of,
 )
+from warehouse_sim.dataset.formats.coco.labels import amodal_row, id_colors, image_row, instance_row, segments
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
-from warehouse_sim.dataset.formats.writer_base import WriterBase, remove_file, remove_folder
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS

@@ -11,7 +11,7 @@ from warehouse_sim.dataset.files.image_io import decode_any_mask, image_size_wh
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import Span, decimal, read_transform, take, take_if_given, take_numbers
 from warehouse_sim.dataset.files.png import is_rgb_png
-from warehouse_sim.dataset.formats.folder.files import Frame, frames_of, intrinsics_file
+from warehouse_sim.dataset.formats.folder import Frame, frames_of, intrinsics_file
 from warehouse_sim.dataset.formats.reader_base import FileReader, require_size, shapeless
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import NO_POSE, ImageRecord, TargetRecord

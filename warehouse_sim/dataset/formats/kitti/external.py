@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32
 
 from warehouse_sim.dataset.files.image_io import decode_depth
+from warehouse_sim.dataset.formats.kitti import NAME, STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.external_frame import (
     FrameCalibration,
     KittiFrame,
@@ -26,7 +27,6 @@ from warehouse_sim.dataset.formats.kitti.external_objects import (
     class_numbers,
     target_record,
 )
-from warehouse_sim.dataset.formats.kitti.layout import NAME, STEPS_PER_METRE
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.formats.kitti.tolerant import read_text
 from warehouse_sim.dataset.formats.reader_base import FileReader, box_mask, require_size

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.dataset.files.image_io import image_size_wh
-from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
+from warehouse_sim.dataset.formats.kitti import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel, calib_camera
 from warehouse_sim.dataset.formats.kitti.tolerant import (
     has_box,

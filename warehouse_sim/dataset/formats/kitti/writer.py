@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
-from warehouse_sim.dataset.formats.kitti.labels import LARGEST_TILT, label_rows
-from warehouse_sim.dataset.formats.kitti.layout import (
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_file
+from warehouse_sim.dataset.formats.kitti import (
     NAME,
     STEPS_PER_METRE,
     KittiLayout,
@@ -18,9 +18,8 @@ from warehouse_sim.dataset.formats.kitti.layout import (
     kitti_layout,
     require_level,
 )
-from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS
+from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, LARGEST_TILT, label_rows
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
-from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.dataset.stored.observation_record import lidar_leans

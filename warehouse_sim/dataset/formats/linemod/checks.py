@@ -11,7 +11,7 @@ import yaml
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, linemod_layout
+from warehouse_sim.dataset.formats.linemod import LinemodLayout, linemod_layout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import invert
 

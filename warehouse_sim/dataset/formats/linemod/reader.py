@@ -16,10 +16,10 @@ from jaxtyping import Bool
 from warehouse_sim.dataset.files.image_io import decode_any_mask, image_size_wh
 from warehouse_sim.dataset.files.plain import FRACTIONS, WHOLE, take, take_if_given
 from warehouse_sim.dataset.files.png import is_rgb_png
-from warehouse_sim.dataset.formats.bop.external_image import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.external_models import described_object
+from warehouse_sim.dataset.formats.bop.external_split import held_out, read_rounded_pose
 from warehouse_sim.dataset.formats.bop.tables import DEPTH_SCALES, read_box, read_camera
-from warehouse_sim.dataset.formats.linemod.layout import LinemodLayout, read_yaml_table
+from warehouse_sim.dataset.formats.linemod import LinemodLayout, read_yaml_table
 from warehouse_sim.dataset.formats.reader_base import FileReader, box_mask, require_size
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord

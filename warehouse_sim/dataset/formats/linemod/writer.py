@@ -17,12 +17,12 @@ import numpy as np
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.files.plain import WHOLE, take
-from warehouse_sim.dataset.formats.bop.labels import pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.models import even_mesh, model_info
+from warehouse_sim.dataset.formats.bop.tables import pose_row, visibility_row
 from warehouse_sim.dataset.formats.bop.writer import require_known
-from warehouse_sim.dataset.formats.linemod.layout import KINDS, NO_LENS, LinemodLayout, linemod_layout, yaml_row
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_folder
+from warehouse_sim.dataset.formats.linemod import KINDS, NO_LENS, LinemodLayout, linemod_layout, yaml_row
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles, SharedFile
-from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_folder
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS

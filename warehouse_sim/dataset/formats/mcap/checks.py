@@ -7,8 +7,8 @@ import numpy as np
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.formats.mcap import layout as names
-from warehouse_sim.dataset.formats.mcap.layout import mcap_layout, topic
+from warehouse_sim.dataset.formats import mcap as names
+from warehouse_sim.dataset.formats.mcap import mcap_layout, topic
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.dataset.stored.scene_record import SceneRecord

@@ -18,8 +18,9 @@ from mcap_protobuf.schema import build_file_descriptor_set
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.files.point_table import classes_of, sweep_table, sweeps_of
-from warehouse_sim.dataset.formats.mcap import layout as names
-from warehouse_sim.dataset.formats.mcap.layout import RIG, WORLD, mcap_layout, topic
+from warehouse_sim.dataset.formats import mcap as names
+from warehouse_sim.dataset.formats.built_in import WriterBase, remove_file
+from warehouse_sim.dataset.formats.mcap import RIG, WORLD, mcap_layout, topic
 from warehouse_sim.dataset.formats.mcap.messages import (
     boxes_message,
     calibration_message,
@@ -33,7 +34,6 @@ from warehouse_sim.dataset.formats.mcap.messages import (
     transform,
 )
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
-from warehouse_sim.dataset.formats.writer_base import WriterBase, remove_file
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.stored.readings import other_readings
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -5,7 +5,7 @@ import numpy as np
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck, compare_names
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_mask
-from warehouse_sim.dataset.formats.yolo.layout import TASKS, YoloLayout, yolo_layout
+from warehouse_sim.dataset.formats.yolo import TASKS, YoloLayout, yolo_layout
 from warehouse_sim.dataset.formats.yolo.reader import YoloReader
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.split import SPLITS

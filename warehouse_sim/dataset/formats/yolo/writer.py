@@ -6,9 +6,9 @@ from typing import Any
 
 import yaml
 
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_file
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles
-from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file
-from warehouse_sim.dataset.formats.yolo.layout import TASKS, Task, YoloLayout, yolo_layout
+from warehouse_sim.dataset.formats.yolo import TASKS, Task, YoloLayout, yolo_layout
 from warehouse_sim.dataset.formats.yolo.polygons import mask_polygon
 from warehouse_sim.dataset.formats.yolo.rows import (
     box_row,

@@ -2,7 +2,7 @@
 
 from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import NamedCheck
-from warehouse_sim.dataset.formats.bop.checks import exact_images, images, tables
+from warehouse_sim.dataset.formats.bop.checks import images, tables
 
 CHECKS = (
     NamedCheck("bop files", tables.files),
@@ -13,8 +13,6 @@ CHECKS = (
     NamedCheck("bop targets", tables.targets),
     NamedCheck("bop images", images.images, needs=(("rgb",), ("depth",), ("clean",))),
     NamedCheck("bop masks", images.masks, needs=(("masks",), ("amodal_masks",))),
-    NamedCheck(
-        "bop exact images", exact_images.exact_images, needs=(("normals",), ("object_coordinates",), ("class_mask",))
-    ),
+    NamedCheck("bop exact images", images.exact_images, needs=(("normals",), ("object_coordinates",), ("class_mask",))),
     NamedCheck("bop poses on images", poses.projection, needs=poses.PROJECTION_NEEDS),
 )

@@ -13,7 +13,7 @@ from warehouse_sim.dataset.checks.labels import VISIBLE_ENOUGH, agree_with_recor
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import read_lens, take, take_if_given, take_numbers
-from warehouse_sim.dataset.formats.bop.layout import (
+from warehouse_sim.dataset.formats.bop import (
     BopLayout,
     bop_layout,
     exact_kinds,

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
-from warehouse_sim.dataset.checks.third_party.subject import ThirdPartySubject
+from warehouse_sim.dataset.checks.subject import ThirdPartySubject
 from warehouse_sim.dataset.files.json_file import read_json, read_table
 from warehouse_sim.dataset.files.plain import WHOLE, take
 from warehouse_sim.dataset.formats.bop.external import external_folder

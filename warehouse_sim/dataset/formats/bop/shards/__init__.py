@@ -4,14 +4,64 @@ Our own few lines on the standard library write and read them: a tar archive nee
 ``webdataset`` package reads what they make.
 """
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.dataset.formats import FormatReader
-from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT, NAME
+from warehouse_sim.dataset.formats.bop import BopLayout
 from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, require_depth_fits
+from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.schema.outputs import Output
+
+NAME, COMPACT = "bop_webdataset", "bop_compact"
+"""Of the formats and of their folders in a dataset."""
+MOST_IMAGES = 1000
+"""Of one shard, as bop_toolkit's own converter has it."""
+KEY_TO_SHARD = "key_to_shard.json"
+SHARD = re.compile(r"shard-(\d{6})\.tar")
+MEMBER = re.compile(r"(\d{1,9})_(\d{1,9})\.([a-z]+(?:_[a-z]+)?\.[a-z]{2,4})")
+"""Scene, image and kind of a member, such as ``000003_000017.mask_visib.json``."""
+
+
+@dataclass(frozen=True)
+class ShardsLayout:
+    """Paths of BOP shards; meshes, camera and targets lie as in the scenewise layout."""
+
+    root: Path
+
+    @property
+    def bop(self) -> BopLayout:
+        """The paths of what is no image."""
+        return BopLayout(self.root)
+
+    def split(self, name: str) -> Path:
+        """Return the folder of the shards of a split."""
+        return self.root / name
+
+    def shard(self, split: str, number: int) -> Path:
+        """Return a shard."""
+        return self.split(split) / f"shard-{number:06d}.tar"
+
+    def key_to_shard(self, split: str) -> Path:
+        """Return the table of which shard holds an image."""
+        return self.split(split) / KEY_TO_SHARD
+
+    @property
+    def parts(self) -> Path:
+        """Folder of scenes that are not in a shard yet; gone when the dataset is complete."""
+        return self.root / "parts"
+
+    def part(self, scene_id: int) -> Path:
+        """Return the images of one scene on their way into shards."""
+        return self.parts / f"{scene_id:06d}.tar"
+
+
+def shards_layout(root: Path, name: str = NAME) -> ShardsLayout:
+    """Return the paths of the shards of a dataset in the format ``name``."""
+    return ShardsLayout(DatasetLayout(root).format_folder(name))
 
 
 class ShardsFormat(BuiltIn):

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from warehouse_sim.dataset.files.extent import Extent
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.formats.bop.shards.layout import KEY_TO_SHARD, MEMBER, SHARD
+from warehouse_sim.dataset.formats.bop.shards import KEY_TO_SHARD, MEMBER, SHARD
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.errors import DatasetError, shown
 

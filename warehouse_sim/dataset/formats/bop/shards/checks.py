@@ -15,9 +15,9 @@ from warehouse_sim.dataset.checks import poses
 from warehouse_sim.dataset.checks.findings import Findings, NamedCheck
 from warehouse_sim.dataset.checks.labels import agree_with_record, decode_runs, lie_apart
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.formats.bop.layout import mask_kinds
+from warehouse_sim.dataset.formats.bop import mask_kinds
+from warehouse_sim.dataset.formats.bop.shards import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL, Coding
-from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, shards_layout
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError

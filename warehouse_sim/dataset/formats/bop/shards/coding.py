@@ -9,9 +9,9 @@ from warehouse_sim.dataset.files.image_io import depth_steps, fitting_depth
 from warehouse_sim.dataset.files.jpeg import encode_jpeg
 from warehouse_sim.dataset.files.png import smaller_png
 from warehouse_sim.dataset.files.run_lengths import compressed
-from warehouse_sim.dataset.formats.bop.labels import camera_row, pose_row, visibility_row
-from warehouse_sim.dataset.formats.bop.layout import image_kinds, mask_kinds
-from warehouse_sim.dataset.formats.bop.shards.layout import COMPACT, NAME
+from warehouse_sim.dataset.formats.bop import image_kinds, mask_kinds
+from warehouse_sim.dataset.formats.bop.shards import COMPACT, NAME
+from warehouse_sim.dataset.formats.bop.tables import camera_row, pose_row, visibility_row
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES, ObservationFiles
 from warehouse_sim.dataset.stored.contents import Contents
 

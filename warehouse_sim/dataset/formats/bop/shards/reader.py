@@ -12,9 +12,9 @@ from warehouse_sim.dataset.files.jpeg import decode_jpeg, jpeg_size_wh
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.run_lengths import mask_of_runs
 from warehouse_sim.dataset.formats.bop.reader import OwnReader, camera_size_wh
+from warehouse_sim.dataset.formats.bop.shards import shards_layout
 from warehouse_sim.dataset.formats.bop.shards.archive import ShardFolder
 from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, Coding
-from warehouse_sim.dataset.formats.bop.shards.layout import shards_layout
 from warehouse_sim.dataset.formats.bop.tables import BopRows, read_image
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.records import ImageRecord

@@ -9,12 +9,12 @@ from typing import ClassVar
 from warehouse_sim.dataset.files.extent import Extent
 from warehouse_sim.dataset.files.jpeg import QUALITY
 from warehouse_sim.dataset.files.json_file import read_json, write_json
+from warehouse_sim.dataset.formats.bop.shards import MOST_IMAGES, ShardsLayout, shards_layout
 from warehouse_sim.dataset.formats.bop.shards.archive import Members, add_image, list_members, writing_archive
 from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL, Coding
-from warehouse_sim.dataset.formats.bop.shards.layout import MOST_IMAGES, ShardsLayout, shards_layout
 from warehouse_sim.dataset.formats.bop.writer import TargetLists, require_known, write_preface
+from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_file, remove_folder
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
-from warehouse_sim.dataset.formats.writer_base import SceneWriterBase, WriterBase, remove_file, remove_folder
 from warehouse_sim.dataset.layout import observation_name
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo

@@ -10,7 +10,8 @@ from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.files.image_io import decode_depth
-from warehouse_sim.dataset.formats.bop.layout import bop_layout
+from warehouse_sim.dataset.formats.bop import bop_layout
+from warehouse_sim.dataset.formats.kitti import frames_of
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
     LabelRow,
@@ -21,7 +22,6 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
     read_labels,
 )
 from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted
-from warehouse_sim.dataset.formats.kitti.layout import frames_of
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -11,6 +11,7 @@ from warehouse_sim.dataset.checks.findings import Findings, compare_names, read_
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, image_size_wh
 from warehouse_sim.dataset.files.plain import decimal
+from warehouse_sim.dataset.formats.kitti import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
     T_world_image,
@@ -19,7 +20,6 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
     is_level,
     is_levelled,
 )
-from warehouse_sim.dataset.formats.kitti.layout import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib, parse_lidars
 from warehouse_sim.dataset.split import SPLITS, Split
 from warehouse_sim.errors import DatasetError

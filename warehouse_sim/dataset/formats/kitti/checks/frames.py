@@ -12,9 +12,9 @@ from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.files.image_io import image_size_wh
-from warehouse_sim.dataset.formats.bop.layout import NAME
-from warehouse_sim.dataset.formats.kitti.layout import NAME as FORMAT_NAME
-from warehouse_sim.dataset.formats.kitti.layout import frames_of, kitti_layout
+from warehouse_sim.dataset.formats.bop import NAME
+from warehouse_sim.dataset.formats.kitti import NAME as FORMAT_NAME
+from warehouse_sim.dataset.formats.kitti import frames_of, kitti_layout
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel, calib_camera, parse_calib, parse_label
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
