@@ -50,6 +50,8 @@ class LoopConfig:
             raise ValueError("training never ends: set max_minutes or max_steps")
         if self.batch % self.devices:
             raise ValueError(f"batch {self.batch} cannot be shared evenly by {self.devices} devices")
+        if self.fed_by and self.devices > 1:
+            raise ValueError(f"a stream feeds one process, not {self.devices}: leave out stream.recipe or devices")
 
     def defaults(self) -> Self:
         """Return the settings of whoever names none, to go on with a run."""
@@ -96,11 +98,6 @@ class StreamedConfig(LoopConfig):
 
     stream: StreamConfig = field(default_factory=StreamConfig)
     """What is trained on in place of the train split, where a recipe is named."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.fed_by and self.devices > 1:
-            raise ValueError(f"a stream feeds one process, not {self.devices}: leave out stream.recipe or devices")
 
     @property
     def fed_by(self) -> StreamConfig | None:
