@@ -25,9 +25,9 @@ from warehouse_sim.physics import SettleConfig, settle_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.shelving import ShelvingConfig
-from warehouse_sim.scene.staging import StagingConfig
-from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.loads.shelving import ShelvingConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 from warehouse_sim.schema import SceneSpec
 
 RECIPES = ("industrial", "selective_rack", "block_storage", "dock_staging", "mixed_pallets", "conveyor_pickup")

@@ -19,8 +19,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.presets import PRESETS
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import Viewpoint
 

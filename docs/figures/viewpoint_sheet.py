@@ -24,11 +24,11 @@ from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.streams import scene_rng
+from warehouse_sim.scene.viewpoints.choose import choose_drives
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.framing import shows
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
-from warehouse_sim.scene.viewpoints.sequences import choose_drives
 from warehouse_sim.scene.viewpoints.single import candidate_viewpoints
 from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint
 

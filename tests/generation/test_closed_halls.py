@@ -11,8 +11,8 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.schema import SceneSpec
 
 

@@ -12,7 +12,7 @@ from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.lighting.presets import PRESETS
+from warehouse_sim.scene.lighting.config import PRESETS
 
 BASE = """
 description: The base.

@@ -9,9 +9,9 @@ from warehouse_sim.physics import SettleConfig, SettleReport, contact_state, set
 from warehouse_sim.physics.impulses import ImpulseConfig
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.stacking import StackingConfig
-from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.schema import SceneSpec
 
 HARD = ImpulseConfig(fraction=1.0, speed=Distribution.uniform(1.5, 2.5), pieces=Distribution.uniform(2, 6))

@@ -16,9 +16,9 @@ from warehouse_sim.physics import SettleConfig, SettleReport, settle_scene, to_m
 from warehouse_sim.resources import data_folder
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
+from warehouse_sim.scene.loads.shelving import ShelvingConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
-from warehouse_sim.scene.shelving import ShelvingConfig
-from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 

@@ -14,10 +14,10 @@ from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout
+from warehouse_sim.scene.loads.staging import StagingConfig
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.sampling import sample_scene
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.schema import SceneSpec
 
 LIMITS = RestLimits(0.002, 0.01, 3.0)

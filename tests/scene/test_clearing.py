@@ -5,8 +5,7 @@ import pytest
 
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.physics.check import contact_state
-from warehouse_sim.scene.clearing import cleared
-from warehouse_sim.scene.hand_made import empty_scene, is_loose, with_object, with_replaced
+from warehouse_sim.scene.hand_made import cleared, empty_scene, is_loose, with_object, with_replaced
 from warehouse_sim.schema import SceneSpec
 
 

@@ -16,7 +16,7 @@ from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.layouts.small_parts import SmallPartsConfig
-from warehouse_sim.scene.resting import drop_to_rest
+from warehouse_sim.scene.loads.resting import drop_to_rest
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import PlacementError, RecipeError
-from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene, sampling, scene_rng
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.photometry import floor_points, unshadowed_illuminance
-from warehouse_sim.scene.shelving import ShelvingConfig
-from warehouse_sim.scene.staging import StagingConfig
-from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.loads.shelving import ShelvingConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.schema import SceneSpec
 
@@ -73,17 +73,6 @@ def test_each_group_is_one_pallet_and_cartons_of_one_sku() -> None:
         assert len(models) <= 25
 
 
-def test_the_default_scene_is_lit_like_a_warehouse() -> None:
-    # EN 12464-1 requires 200 lx where people work in a store and 300 lx where they read labels.
-    for index in range(5):
-        scene = sample_scene(SceneRecipe(), 0, index)
-        points = floor_points(scene)
-        up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-        floor = unshadowed_illuminance(scene.lights, points, up) + scene.ambient
-        assert 200.0 <= np.mean(floor) <= 300.0
-        assert min(floor) > 0.3 * np.mean(floor)
-
-
 @pytest.mark.parametrize(
     ("recipe", "message"),
     [
@@ -114,14 +103,47 @@ def test_what_does_not_fit_names_scene_and_seed_in_one_line(recipe: SceneRecipe,
     assert "\n" not in str(caught.value)
 
 
-def test_a_negative_seed_is_rejected() -> None:
-    with pytest.raises(RecipeError, match="the seed must be >= 0, found -1"):
-        sample_scene(SMALL, -1, 0)
-
-
 def test_random_settings_are_drawn_again_for_each_scene_and_repeat_with_the_key() -> None:
     plain = {"layout": {"bays": {"min": 1, "max": 4}}, "observations_per_scene": 1, "staging": {"count": 1}}
     recipe = SceneRecipe.from_plain(plain, "here")
     frames = [Counter(item.model for item in sample_scene(recipe, 0, index).instances) for index in range(6)]
     assert len({count["rack_frame_3500"] for count in frames}) > 1
     assert poses(sample_scene(recipe, 0, 3)) == poses(sample_scene(recipe, 0, 3))
+
+
+def first(*key: object) -> float:
+    return float(scene_rng(*key).random())  # type: ignore[arg-type]
+
+
+def test_a_stream_depends_on_all_of_its_key_and_on_nothing_else() -> None:
+    np.random.seed(3)  # noqa: NPY002  the global state must not matter
+    draws = [
+        first(0, 0, "loads"),
+        first(1, 0, "loads"),
+        first(0, 1, "loads"),
+        first(0, 0, "lights"),
+        first(0, 0, "loads", 1),
+    ]
+    assert len(set(draws)) == 5
+    assert first(0, 0, "loads") == draws[0]
+    assert first(0, 0, "loads", 0) == draws[0]
+
+
+@pytest.mark.parametrize("key", [(-1, 0, "a"), (0, -1, "a"), (0, 0, "a", -1)])
+def test_negative_numbers_are_rejected(key: tuple[object, ...]) -> None:
+    with pytest.raises(RecipeError, match="must be >= 0, found -1"):
+        first(*key)
+
+
+def test_no_two_stages_of_a_scene_share_a_stream(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def recorded(seed: int, index: int, stage: str, *more: int) -> np.random.Generator:
+        asked.append(stage)
+        return scene_rng(seed, index, stage, *more)
+
+    monkeypatch.setattr(sampling, "scene_rng", recorded)
+    sampling.sample_scene(load_recipe("smoke").scene, 0, 0)
+    assert "staging" in asked
+    assert "lanes" in asked
+    assert len(set(asked)) == len(asked)

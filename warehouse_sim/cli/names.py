@@ -58,7 +58,7 @@ KINDS: dict[str, tuple[str, Describe]] = {
     ),
     "sensors": ("warehouse_sim.sensors:SENSORS", _nothing),
     "light": (
-        "warehouse_sim.scene.lighting.presets:PRESETS",
+        "warehouse_sim.scene.lighting.config:PRESETS",
         lambda name, item: f"{item.lux.low:g}-{item.lux.high:g} lx on the floor",
     ),
     "viewpoints": (

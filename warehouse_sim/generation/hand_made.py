@@ -18,11 +18,11 @@ from warehouse_sim.physics.settle import SettleConfig
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
-from warehouse_sim.scene.clearing import cleared
-from warehouse_sim.scene.hand_made import LIGHTS, VIEWPOINTS, Change, empty_scene, nudged
+from warehouse_sim.scene.hand_made import LIGHTS, VIEWPOINTS, Change, cleared, empty_scene, nudged
 from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.viewpoints.choose import views_of
+from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.schema import ObjectModel, Observation, SceneSpec, Viewpoint
 from warehouse_sim.sensors.rig import RigConfig
 
@@ -112,7 +112,7 @@ def sampled_views(made: HandMade, count: int) -> tuple[Viewpoint, ...]:
     """
     scene = made.scene
     rng = scene_rng(scene.seed, scene.scene_index, "viewpoints by hand", scene.attempt)
-    return views_of(scene, count, made.viewpoints, rng)
+    return choose_viewpoints(FreeSpace.of_scene(scene), count, made.viewpoints, rng)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,9 @@
 """Let a scene come to rest under gravity, stack by stack, and say whether it did.
 
 With ``stability_check`` stacks need little or no simulation: what rests by construction is placed, what hangs together
-moves as one. Goods that are proved to rest on their pallet (``scene.resting``) are simulated with it as one body; where
-the pallet, too, is proved to rest on what is under it, nothing is simulated. The rest is simulated piece by piece.
+moves as one. Goods that are proved to rest on their pallet (``scene.loads.resting``) are simulated with it as one body;
+where the pallet, too, is proved to rest on what is under it, nothing is simulated. The rest is simulated piece by
+piece.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,7 @@ from warehouse_sim.physics.check import SettleReport, contact_state
 from warehouse_sim.physics.impulses import ImpulseConfig, impulse_loads
 from warehouse_sim.physics.rest import Rest, RestLimits, Stack, boxes_around, bring_to_rest, find_stacks
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.scene.resting import drop_to_rest, joined, proved_load
+from warehouse_sim.scene.loads.resting import drop_to_rest, joined, proved_load
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 

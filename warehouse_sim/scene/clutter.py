@@ -10,7 +10,6 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.shipped import CLUTTER
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
@@ -55,19 +54,14 @@ def add_clutter(draft: SceneDraft, config: ClutterConfig, area: Area, rng: np.ra
     count = config.count.sample_count(rng)
     if count == 0:
         return
-    solids = draft.solids()
-    low, high = solids.extents
-    in_the_way = solids.boxes.subset((high[:, 2] > _LOW) & (low[:, 2] < _HIGH))
-    placed: list[OrientedBox] = []
+    crowd = draft.crowd(_LOW, _HIGH)
     for _ in range(count):
         model = catalog_object(sorted(CLUTTER)[int(rng.integers(len(CLUTTER)))])
         beside = bool(rng.random() < _BESIDE)
         for _ in range(_TRIES):
             T_world_object = _sample_place(float(model.size[2]), area, beside, rng)
-            box = OrientedBox(T_world_object, model.size)
-            if all(stack.clear_of(box, _CLEARANCE) for stack in (in_the_way, BoxStack.of(placed))):
+            if crowd.takes([OrientedBox(T_world_object, model.size)], _CLEARANCE):
                 draft.add(model, T_world_object)
-                placed.append(box)
                 break
 
 
@@ -95,8 +89,7 @@ def clutter_shelves(
     count = config.on_shelves.sample_count(rng)
     if count == 0 or not strips:
         return
-    there = draft.solids().boxes
-    placed: list[OrientedBox] = []
+    crowd = draft.crowd()
     for _ in range(count):
         for _ in range(_TRIES):
             model = catalog_object(_HANDY[int(rng.integers(len(_HANDY)))])
@@ -104,10 +97,8 @@ def clutter_shelves(
             if T_world_object is None:
                 continue
             lifted = make_transform(translation=np.array([0.0, 0.0, _LIFT])) @ T_world_object
-            box = OrientedBox(lifted, model.size)
-            if there.clear_of(box, _AIR) and BoxStack.of(placed).clear_of(box, _AIR):
+            if crowd.takes([OrientedBox(lifted, model.size)], _AIR):
                 draft.add(model, T_world_object)
-                placed.append(box)
                 break
 
 

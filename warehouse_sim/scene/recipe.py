@@ -13,8 +13,8 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.appearance.config import AppearanceConfig
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.clutter import ClutterConfig
-from warehouse_sim.scene.lanes import LanesConfig
 from warehouse_sim.scene.layouts import (  # noqa: F401 - a recipe can name each kind of layout that is imported
     block_storage,
     cantilever,
@@ -25,15 +25,15 @@ from warehouse_sim.scene.layouts import (  # noqa: F401 - a recipe can name each
     mixed,
     small_parts,
 )
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.loads.lanes import LanesConfig
+from warehouse_sim.scene.loads.shelving import ShelvingConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 from warehouse_sim.scene.random_settings import RandomSetting, find_random_settings, with_values
-from warehouse_sim.scene.shelving import ShelvingConfig
-from warehouse_sim.scene.staging import StagingConfig
 from warehouse_sim.scene.traffic import TrafficConfig
-from warehouse_sim.scene.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 
 

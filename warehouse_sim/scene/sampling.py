@@ -5,23 +5,23 @@ import numpy as np
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.scene.appearance.painting import paint_scene
-from warehouse_sim.scene.backdrop import fill_backdrop
-from warehouse_sim.scene.bare_goods import stock_strips
-from warehouse_sim.scene.carton_details import batter_cartons, open_flaps, print_cartons
+from warehouse_sim.scene.building.hall import equip_hall
 from warehouse_sim.scene.clutter import add_clutter, clutter_shelves
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.hanging_film import hang_film
-from warehouse_sim.scene.lanes import fill_lanes
-from warehouse_sim.scene.layouts.hall import equip_hall
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting.luminaires import add_luminaires
 from warehouse_sim.scene.lighting.switching import light_without_shadows
+from warehouse_sim.scene.loads.backdrop import fill_backdrop
+from warehouse_sim.scene.loads.bare_goods import stock_strips
+from warehouse_sim.scene.loads.carton_details import batter_cartons, open_flaps, print_cartons
+from warehouse_sim.scene.loads.lanes import fill_lanes
+from warehouse_sim.scene.loads.shelving import fill_rack, hang_film
+from warehouse_sim.scene.loads.staging import stage_loads
 from warehouse_sim.scene.recipe import SceneRecipe
-from warehouse_sim.scene.shelving import fill_rack
-from warehouse_sim.scene.staging import stage_loads
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.scene.traffic import add_side_trucks, add_traffic, add_trucks
 from warehouse_sim.scene.viewpoints.choose import choose_viewpoints
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.schema import SceneSpec
 
 
@@ -65,9 +65,8 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
         open_flaps(draft, recipe.carton_wear.open_fraction, stream("open flaps"))
         film = stream("hanging film")
         hang_film(draft, recipe.shelving.hanging_film.sample_count(film), area, film)
-        viewpoints = choose_viewpoints(
-            draft, recipe.targets, recipe.observations_per_scene, recipe.viewpoints, area, stream("viewpoints")
-        )
+        space = FreeSpace.of(draft.instances, draft.models, recipe.targets, area)
+        viewpoints = choose_viewpoints(space, recipe.observations_per_scene, recipe.viewpoints, stream("viewpoints"))
     except PlacementError as problem:
         raise PlacementError(f"scene {scene_index} of seed {seed}, attempt {attempt}: {problem}") from problem
     scene = SceneSpec(

@@ -11,12 +11,12 @@ from warehouse_sim.catalog.shipped import FINE_STANDING, STANDING
 from warehouse_sim.errors import PlacementError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.trucks_at_work import CLEARANCE, KINDS, add_trucks_at_work
-from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.draft import Area, Crowd, SceneDraft
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
+from warehouse_sim.scene.trucks_at_work import CLEARANCE, KINDS, OVERHEAD, UNDERFOOT, add_trucks_at_work
+from warehouse_sim.schema import ObjectModel
 
 _KINDS = (
     ("forklifts", "forklift"),
@@ -33,8 +33,6 @@ _HEADING_SPREAD = 0.25
 """Standard deviation of their heading (rad)."""
 _AIR = 0.0005
 """Gap under a loose thing before settling (m)."""
-_UNDERFOOT, _OVERHEAD = 0.05, 3.0
-"""What ends below the first or begins above the second height does not obstruct people and trucks (m)."""
 _TRIES = 200
 
 
@@ -83,8 +81,7 @@ def add_trucks(
 ) -> None:
     """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
     count = config.trucks.sample_count(rng)
-    kinds, fraction = config.truck_kinds, config.laden_fraction
-    add_trucks_at_work(draft, count, kinds, fraction, loads, area, rng)
+    add_trucks_at_work(draft, count, config.truck_kinds, config.laden_fraction, loads, area, rng)
 
 
 def add_side_trucks(
@@ -95,10 +92,9 @@ def add_side_trucks(
     rng: np.random.Generator,
 ) -> None:
     """Put trucks at work into ``aisles`` drawn at random, of which there may be none."""
-    kinds, fraction = config.truck_kinds, config.laden_fraction
     for _ in range(config.side_trucks.sample_count(rng) if aisles else 0):
         area = aisles[int(rng.integers(len(aisles)))]
-        add_trucks_at_work(draft, 1, kinds, fraction, loads, area, rng)
+        add_trucks_at_work(draft, 1, config.truck_kinds, config.laden_fraction, loads, area, rng)
 
 
 def add_traffic(
@@ -116,27 +112,22 @@ def add_traffic(
     Raises:
         PlacementError: The floor is too full.
     """
-    solids = draft.solids()
-    low, high = solids.extents
-    in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
-    placed: list[OrientedBox] = []
+    crowd = draft.crowd(UNDERFOOT, OVERHEAD)
     standing = FINE_STANDING if config.detail == "fine" else STANDING
     for setting, class_name in _KINDS:
         count = getattr(config, setting).sample_count(rng)
         names = {"carton": cartons, "own": config.objects, **standing}[class_name]
         for number in range(count):
-            name = str(rng.choice(list(names)))
-            T_world_object = _find_place(name, (in_the_way, BoxStack.of(placed)), area, rng)
+            model = catalog_object(str(rng.choice(list(names))))
+            T_world_object = _find_place(model, crowd, area, rng)
             if T_world_object is None:
                 raise PlacementError(
                     f"no room for {class_name} {number + 1} of {count} after {_TRIES} tries; lower traffic.{setting}"
                 )
-            draft.add(catalog_object(name), T_world_object, draft.new_group() if class_name == "carton" else 0)
-            placed.append(_envelope(name, T_world_object))
+            draft.add(model, T_world_object, draft.new_group() if class_name == "carton" else 0)
 
 
-def _find_place(name: str, others: Sequence[BoxStack], area: Area, rng: np.random.Generator) -> Transform | None:
-    model = catalog_object(name)
+def _find_place(model: ObjectModel, crowd: Crowd, area: Area, rng: np.random.Generator) -> Transform | None:
     z = model.size[2] / 2 + (_AIR if model.class_name == "carton" else 0.0)
     for _ in range(_TRIES):
         at = np.array([rng.uniform(area.x_min, area.x_max), rng.uniform(area.y_min, area.y_max), z])
@@ -144,10 +135,6 @@ def _find_place(name: str, others: Sequence[BoxStack], area: Area, rng: np.rando
         if model.class_name in _ALONG_AISLE:
             yaw = rng.integers(4) * np.pi / 2 + rng.normal(0.0, _HEADING_SPREAD)
         T_world_object = make_transform(rotation_z(yaw), at)
-        if all(stack.clear_of(_envelope(name, T_world_object), CLEARANCE) for stack in others):
+        if crowd.takes([OrientedBox(T_world_object, model.size)], CLEARANCE):
             return T_world_object
     return None
-
-
-def _envelope(name: str, T_world_object: Transform) -> OrientedBox:
-    return OrientedBox(T_world_object, catalog_object(name).size)

@@ -14,8 +14,8 @@ from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.resting import lowered_load
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
+from warehouse_sim.scene.loads.resting import lowered_load
+from warehouse_sim.scene.loads.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import ObjectModel
 
 KINDS = {
@@ -46,8 +46,8 @@ _TOUCH = 0.0005
 """Boxes that are this deep in each other touch (m)."""
 _LOAD_HEIGHT = 1.7
 """Greatest height of a load on the forks, pallet included (m): its driver looks over or past it."""
-_UNDERFOOT, _OVERHEAD = 0.05, 3.0
-"""What ends below the first or begins above the second height obstructs no truck (m)."""
+UNDERFOOT, OVERHEAD = 0.05, 3.0
+"""What ends below the first or begins above the second height is in no truck's or person's way (m)."""
 
 Pieces = list[tuple[ObjectModel, Transform]]
 
@@ -73,8 +73,7 @@ class Crew:
         for load in self.loads:
             group = draft.new_group()
             for model, T in load:
-                draft.add(model, T_world_truck @ T, group)
-                draft.instances[-1] = replace(draft.instances[-1], dynamic=False)
+                draft.add(model, T_world_truck @ T, group, fixed=True)
 
 
 def add_trucks_at_work(
@@ -99,20 +98,15 @@ def add_trucks_at_work(
     """
     if count == 0:
         return
-    solids = draft.solids()
-    low, high = solids.extents
-    in_the_way = solids.boxes.subset((high[:, 2] > _UNDERFOOT) & (low[:, 2] < _OVERHEAD))
-    placed: list[OrientedBox] = []
+    crowd = draft.crowd(UNDERFOOT, OVERHEAD)
     for _ in range(count):
         crew = sample_crew(str(rng.choice(list(kinds))), laden_fraction, loads, rng)
         for _ in range(_TRIES):
             T_world_truck = _sample_pose(crew.boxes(), area, rng)
             boxes = [box.placed(T_world_truck) for box in crew.boxes()]
-            if _inside(boxes, area) and all(
-                stack.clear_of(box, CLEARANCE) for stack in (in_the_way, BoxStack.of(placed)) for box in boxes
-            ):
+            inside = all(area.contains(corner) for box in boxes for corner in box.corners())
+            if inside and crowd.takes(boxes, CLEARANCE):
                 crew.add_to(draft, T_world_truck)
-                placed += boxes
                 break
 
 
@@ -170,11 +164,9 @@ def _boxes_of(truck: str) -> BoxStack:
 
 def _is_free(load: UnitLoad, T_place_load: Transform, carrier: BoxStack) -> bool:
     """Return whether the load only touches what carries it: wheels and arms under it can be in a pallet's way."""
-    for model, T in load.pieces:
-        boxes = [box.placed(T_place_load @ T) for box in model.collision]
-        if not all(carrier.clear_of(box, -_TOUCH) for box in boxes):
-            return False
-    return True
+    return all(
+        carrier.clear_of(box.placed(T_place_load @ T), -_TOUCH) for model, T in load.pieces for box in model.collision
+    )
 
 
 def _ways_on(load: UnitLoad, place: Place) -> list[Transform]:
@@ -223,7 +215,3 @@ def _sample_pose(boxes: Sequence[OrientedBox], area: Area, rng: np.random.Genera
         turn += side * np.pi / 2
         y = area.y_max - gap if side > 0 else area.y_min + gap
     return make_transform(rotation_z(turn), np.array([x, y, 0.0]))
-
-
-def _inside(boxes: Sequence[OrientedBox], area: Area) -> bool:
-    return all(area.contains(corner) for box in boxes for corner in box.corners())

@@ -13,7 +13,7 @@ from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.physics import settle_scene
 from warehouse_sim.scene import sample_scene
-from warehouse_sim.scene.packing.sampled_pallets import SampledPalletsConfig, sampled_pallets
+from warehouse_sim.scene.packing.load_config import SampledPalletsConfig, sampled_pallets
 from warehouse_sim.schema import ObjectModel
 
 FEW = sampled_pallets(SampledPalletsConfig(count=24, seed=3))

@@ -13,9 +13,8 @@ from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
 from warehouse_sim.scene.lighting.exposure import ExposureConfig, exposure_of_ev
-from warehouse_sim.scene.lighting.presets import PRESETS
 from warehouse_sim.schema import SceneChange, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(612, 185, 361.0)

@@ -12,8 +12,7 @@ from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.presets import PresetName
+from warehouse_sim.scene.lighting.config import LightingConfig, PresetName
 
 pytestmark = pytest.mark.gl
 

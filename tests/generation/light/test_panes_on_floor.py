@@ -7,9 +7,9 @@ from warehouse_sim.catalog.materials import materials
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.panes import PANE, pane_lights
+from warehouse_sim.scene.lighting.config import PRESETS
+from warehouse_sim.scene.lighting.daylight import PANE, pane_lights
 from warehouse_sim.scene.lighting.photometry import floor_points
-from warehouse_sim.scene.lighting.presets import PRESETS
 from warehouse_sim.scene.recipe import SceneRecipe
 from warehouse_sim.scene.sampling import sample_scene
 from warehouse_sim.schema import SceneSpec

@@ -13,8 +13,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.presets import PRESETS
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
 from warehouse_sim.schema import Viewpoint
 
 pytestmark = pytest.mark.gl

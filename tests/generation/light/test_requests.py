@@ -11,8 +11,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.presets import PRESETS
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
 from warehouse_sim.scene.streams import scene_rng
 
 RECIPES = ("industrial", "selective_rack", "dock_staging", "conveyor_pickup")

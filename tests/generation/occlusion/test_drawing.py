@@ -6,8 +6,8 @@ import pytest
 from tests.scene.raster import Pile, may_carry
 from warehouse_sim.generation.occlusion.occluder import Occluder, OccluderSampler
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.scene.unit_load import UnitLoadConfig
 
 CARTONS = ("carton_600x400x300", "carton_400x300x200")
 

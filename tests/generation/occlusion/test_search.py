@@ -9,7 +9,7 @@ from warehouse_sim.generation.occlusion.config import FractionRange, OcclusionCo
 from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.occlusion.search import Request, RequestedView, Search
-from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 
 CONFIG = OcclusionConfig(VisibleFractions((FractionRange(0.3, 0.6),)), kinds=("traffic",))

@@ -5,7 +5,7 @@ from tests.generation.occlusion.scenes import box_of, hall, occluded_scene_of, s
 from warehouse_sim.generation.occlusion.occluded_scene import fraction_behind
 from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.occlusion.standing import find_standing_pose, needed_height, slide
-from warehouse_sim.scene.unit_load import UnitLoadConfig
+from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
 
 
 @pytest.mark.parametrize("wanted", np.linspace(0.05, 0.95, 10))

@@ -5,9 +5,8 @@ import pytest
 
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.color import LUMINANCE, srgb_from_linear
-from warehouse_sim.scene.appearance.coating import Look, coated, linear_of
-from warehouse_sim.scene.appearance.palettes import Finish
-from warehouse_sim.scene.appearance.surfaces import SURFACES
+from warehouse_sim.scene.appearance.painting import Look, coated, linear_of
+from warehouse_sim.scene.appearance.surfaces import SURFACES, Finish
 from warehouse_sim.schema import Material
 
 CATALOG = materials()

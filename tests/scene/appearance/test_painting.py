@@ -10,9 +10,8 @@ from warehouse_sim.catalog.materials import materials
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
-from warehouse_sim.scene.appearance.config import AppearanceConfig
+from warehouse_sim.scene.appearance.config import AppearanceConfig, PaintConfig
 from warehouse_sim.scene.appearance.painting import paint_scene
-from warehouse_sim.scene.appearance.palettes import PaintConfig
 from warehouse_sim.scene.appearance.surfaces import SURFACES
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.schema import SceneSpec
@@ -110,7 +109,8 @@ def test_materials_stay_few_and_what_is_left_shares_them(plain: SceneSpec, monke
 
 
 def test_film_stays_film() -> None:
-    scene = sample_scene(replace(load_recipe("selective_rack").scene, observations_per_scene=1), seed=1, scene_index=0)
+    recipe = load_recipe("smoke").scene
+    scene = sample_scene(replace(recipe, loads=replace(recipe.loads, wrap_fraction=1.0)), seed=3, scene_index=0)
     after = painted(scene, film=WILD)
     wraps = [item for item in of_class(after, "wrap") if item.paint]
     assert wraps

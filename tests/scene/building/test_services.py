@@ -6,9 +6,9 @@ import pytest
 from tests.scene.building.halls import ALL_SERVICES, hall_scene
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.building.hall import HallConfig, equip_hall
 from warehouse_sim.scene.building.services import ServicesConfig
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig, equip_hall
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.solids import Solids

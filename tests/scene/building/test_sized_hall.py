@@ -36,6 +36,13 @@ def test_a_hall_has_the_size_that_is_requested_for_and_no_hole(size: tuple[float
     assert roof[:, 2].max() == pytest.approx(height + (0.0 if kind == "board" else 0.2), abs=0.06)
 
 
+@pytest.mark.parametrize("walls", ["panels", "cladding"])
+def test_a_hall_of_no_given_size_is_closed(walls: str) -> None:
+    """Walls of 9.00 m under a sheet at 9.24 m leave no strip of sky."""
+    _, names = _rays(hall_scene(walls=walls), 60_000)
+    assert "nothing" not in names
+
+
 @pytest.mark.parametrize("settings", [{}, {"length": 40.0, "width": 40.0, "height": 8.0}])
 def test_an_open_dock_without_trailer_shows_the_yard_and_no_hole(settings: dict[str, float]) -> None:
     scene = hall_scene(layout=DOCK, outdoors=True, **settings)

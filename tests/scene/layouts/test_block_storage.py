@@ -1,21 +1,15 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.scene.draft import SceneDraft
+from tests.scene.sites import built
 from warehouse_sim.scene.layouts.block_storage import BlockStorageConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
-from warehouse_sim.scene.layouts.site import Site, build_site
-
-
-def build(**settings: object) -> tuple[SceneDraft, Site]:
-    draft = SceneDraft()
-    config = BlockStorageConfig(**settings)  # type: ignore[arg-type]
-    return draft, build_site(draft, config, HallConfig(), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(("sides", "blocks"), [("one", 1), ("both", 2)])
 def test_lanes_lead_away_from_the_aisle_and_do_not_overlap(sides: str, blocks: int) -> None:
-    _, site = build(lanes=5, lane_depth=3, lane_width=1.1, stack_pitch=1.3, sides=sides, aisle_width=7.0)
+    _, site = built(
+        BlockStorageConfig(lanes=5, lane_depth=3, lane_width=1.1, stack_pitch=1.3, sides=sides, aisle_width=7.0)
+    )
     assert len(site.lanes) == 5 * blocks
     assert site.slots == ()
     places = np.array([[T[:2, 3] for T in lane.T_world_places] for lane in site.lanes])
@@ -31,7 +25,7 @@ def test_lanes_lead_away_from_the_aisle_and_do_not_overlap(sides: str, blocks: i
 
 
 def test_lane_lines_are_painted_on_the_floor_beside_the_lanes() -> None:
-    draft, _ = build(lanes=4, lane_depth=3, stack_pitch=1.4)
+    draft, _ = built(BlockStorageConfig(lanes=4, lane_depth=3, stack_pitch=1.4))
     lines = [item for item in draft.instances if draft.models[item.model].class_name == "marking"]
     assert {round(float(item.T_world_object[0, 3]), 3) for item in lines} == {-2.2, -1.1, 0.0, 1.1, 2.2}
     for item in lines:

@@ -2,16 +2,12 @@ import numpy as np
 
 from tests.scene.sites import built
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
-from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.conveyor_pickup import ConveyorPickupConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
-from warehouse_sim.scene.layouts.site import build_site
 
 
 def test_loads_lie_lengthwise_on_the_rollers_and_keep_their_distance() -> None:
-    draft = SceneDraft()
     config = ConveyorPickupConfig(segments=4, pitch=1.7)
-    site = build_site(draft, config, HallConfig(), np.random.default_rng(0))
+    _, site = built(config)
     x = np.array([slot.T_world_slot[0, 3] for slot in site.slots])
     np.testing.assert_allclose(np.diff(x), 1.7)
     assert np.abs(x).max() + 0.61 <= config.length / 2

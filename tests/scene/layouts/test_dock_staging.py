@@ -1,17 +1,15 @@
-import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.dock_staging import DockStagingConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.schema import ObjectInstance
 
 
 def build(**settings: object) -> tuple[SceneDraft, DockStagingConfig, int]:
-    draft, config = SceneDraft(), DockStagingConfig(**settings)  # type: ignore[arg-type]
-    site = build_site(draft, config, HallConfig(), np.random.default_rng(0))
+    config = DockStagingConfig(**settings)  # type: ignore[arg-type]
+    draft, site = built(config)
     return draft, config, len(site.lanes)
 
 

@@ -1,23 +1,21 @@
 """Drive-in racks: pallets span the lane and lie on both rails; lanes are filled from their far end."""
 
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.physics import settle_scene
-from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.drive_in import DriveInConfig
-from warehouse_sim.scene.layouts.hall import HallConfig
-from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.sampling import sample_scene
 
 
 def test_slots_lie_on_the_rails_of_both_sides() -> None:
-    draft = SceneDraft()
     layout = DriveInConfig(lanes=2, lane_depth=3, levels=3, level_pitch=1.5)
-    site = build_site(draft, layout, HallConfig(), np.random.default_rng(0))
+    draft, site = built(layout)
     assert len(site.slots) == 2 * 3 * 3
     solids = draft.solids()
     rails = solids.of_objects([item.instance_id for item in draft.instances if item.model == "drive_in_rail"])
@@ -34,16 +32,14 @@ def test_slots_lie_on_the_rails_of_both_sides() -> None:
 
 def test_it_is_as_high_as_the_roof_allows() -> None:
     for roof, levels in ((True, 3), (False, 4)):
-        draft = SceneDraft()
-        site = build_site(
-            draft, DriveInConfig(levels=5, level_pitch=1.9), HallConfig(roof=roof), np.random.default_rng(0)
-        )
+        _, site = built(DriveInConfig(levels=5, level_pitch=1.9), roof=roof)
         assert len({round(float(slot.T_world_slot[2, 3]), 3) for slot in site.slots}) == levels
 
 
 def test_lanes_are_filled_from_the_far_end_and_stand() -> None:
     recipe = load_recipe("drive_in")
-    scene = sample_scene(recipe.scene, seed=0, scene_index=1)
+    drawn = replace(recipe.scene, layout=DriveInConfig(lanes=3), observations_per_scene=1)
+    scene = sample_scene(drawn, seed=0, scene_index=1)
     settled, report = settle_scene(scene, recipe.settle)
     assert report.problems == ()
     pallets = [item for item in settled.instances if settled.model_of(item).class_name == "pallet" and item.dynamic]

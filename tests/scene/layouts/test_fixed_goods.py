@@ -8,7 +8,7 @@ from warehouse_sim.scene.layouts.cantilever import CantileverConfig
 from warehouse_sim.scene.layouts.mezzanine import MezzanineConfig
 from warehouse_sim.scene.layouts.site import Layout
 from warehouse_sim.scene.layouts.small_parts import SmallPartsConfig
-from warehouse_sim.scene.resting import drop_to_rest
+from warehouse_sim.scene.loads.resting import drop_to_rest
 
 GOODS = ("long_goods", "bin", "tote", "carton")
 LAYOUTS: tuple[Layout, ...] = (

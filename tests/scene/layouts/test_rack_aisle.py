@@ -5,15 +5,14 @@ from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Slot, build_site
 
 
 def build(**settings: object) -> tuple[SceneDraft, list[Slot]]:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(**settings), HallConfig(), np.random.default_rng(0))  # type: ignore[arg-type]
+    draft, site = built(RackAisleConfig(**settings))  # type: ignore[arg-type]
     return draft, list(site.slots)
 
 
@@ -122,8 +121,7 @@ def test_equal_levels_hang_at_the_holes_and_end_under_the_trusses() -> None:
     layout = RackAisleConfig(levels=7, level_pitch=1.42)
     np.testing.assert_allclose(np.array(layout.tops[:3]), [1.4, 2.85, 4.25])
     for roof, clear in ((True, 7.2), (False, 9.0)):
-        draft = SceneDraft()
-        site = build_site(draft, layout, HallConfig(roof=roof), np.random.default_rng(0))
+        draft, site = built(layout, roof=roof)
         racks = [item for item in draft.instances if item.model.startswith("rack_")]
         tops = [item.T_world_object[2, 3] + draft.models[item.model].size[2] / 2 for item in racks]
         loads = [slot.T_world_slot[2, 3] + slot.headroom for slot in site.slots]

@@ -5,8 +5,9 @@ import pytest
 
 from tests.scene.sites import built
 from warehouse_sim.errors import ConfigError
+from warehouse_sim.scene.building.floor import add_tyre_marks
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks
 from warehouse_sim.scene.layouts.mixed import MixedConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import Layout, aisle_area, build_site

@@ -9,10 +9,10 @@ from warehouse_sim.catalog.building.to_size import light_line
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.lighting.config import PRESETS, PresetName
 from warehouse_sim.scene.lighting.hall_light import fill_lights
 from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
-from warehouse_sim.scene.lighting.presets import PRESETS, PresetName
 from warehouse_sim.schema import Light, SceneSpec
 
 WHITE = (1.0, 1.0, 1.0)

@@ -3,10 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.scene.sites import built
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
+from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.layouts.site import build_site
 from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires, luminaires_of
@@ -79,8 +80,7 @@ def test_doors_keep_off_columns_and_racks(bays: int, columns: str) -> None:
 
 @pytest.mark.parametrize("bays", [2, 4, 5, 9])
 def test_luminaires_hang_beside_the_trusses_of_a_roof(bays: int) -> None:
-    draft = SceneDraft()
-    site = build_site(draft, RackAisleConfig(bays=bays), HallConfig(roof=True), np.random.default_rng(0))
+    draft, site = built(RackAisleConfig(bays=bays), roof=True)
     before = len(draft.instances)
     hang_luminaires(draft, 1, 4, 8.0, site.aisle)
     trusses = [item.T_world_object[0, 3] for item in draft.instances if item.model == "roof_truss"]

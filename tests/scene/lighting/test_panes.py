@@ -9,10 +9,9 @@ from warehouse_sim.catalog.building.to_size import rooflight, window_band
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.lighting.config import LightingConfig
-from warehouse_sim.scene.lighting.panes import PANE, pane_lights
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
+from warehouse_sim.scene.lighting.daylight import PANE, pane_lights
 from warehouse_sim.scene.lighting.photometry import luminous_flux
-from warehouse_sim.scene.lighting.presets import PRESETS
 from warehouse_sim.scene.lighting.switching import sample_lighting
 from warehouse_sim.schema import SceneSpec
 

@@ -4,13 +4,11 @@ import pytest
 from warehouse_sim.resources import find_photometry
 from warehouse_sim.scene import Distribution
 from warehouse_sim.scene.draft import Area, SceneDraft
-from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.config import PRESETS, LightingConfig
 from warehouse_sim.scene.lighting.ies_file import load_distribution
 from warehouse_sim.scene.lighting.luminaires import add_doors, hang_luminaires
 from warehouse_sim.scene.lighting.photometry import luminous_flux, unshadowed_illuminance
-from warehouse_sim.scene.lighting.presets import PRESETS
-from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
-from warehouse_sim.scene.lighting.switching import sample_lighting
+from warehouse_sim.scene.lighting.switching import SceneLighting, sample_lighting
 from warehouse_sim.schema import SceneSpec
 
 AISLE = Area(-6.0, 6.0, -8.0, 0.0)

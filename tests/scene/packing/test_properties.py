@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from tests.scene.packing.pallets import least_distance, reach
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.scene import Distribution
-from warehouse_sim.scene.packing.layer import carried
 from warehouse_sim.scene.packing.mixed import pack_mixed
-from warehouse_sim.scene.packing.patterns import pattern_layers, possible_patterns
+from warehouse_sim.scene.packing.patterns import carried, pattern_layers, possible_patterns
 from warehouse_sim.scene.packing.stacking import StackingConfig
 
 edges = st.integers(60, 650).map(lambda mm: mm / 1000)
@@ -52,4 +51,6 @@ def test_layers_of_every_possible_pattern_bear_the_next(size, deck, gap) -> None
             spread = np.maximum(low[:, None], low) - np.minimum(high[:, None], high)  # of two rectangles, by axis
             apart = spread.max(axis=2)[~np.eye(len(low), dtype=bool)]
             assert apart.min(initial=gap) >= gap - 1e-9
+            growth = gap * (np.array(deck) // min(size[:2]))
+            assert np.all(np.maximum(high, -low).max(axis=0) <= np.array(deck) / 2 + growth + 1e-9)
             assert carried(low, high, *lower.rectangles(size)).min() >= 0.5

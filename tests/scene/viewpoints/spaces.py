@@ -9,7 +9,7 @@ from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
-from warehouse_sim.scene.staging import StagingConfig
+from warehouse_sim.scene.loads.staging import StagingConfig
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.schema import SceneSpec
 

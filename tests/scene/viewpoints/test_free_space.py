@@ -8,7 +8,7 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.vehicles import AMR, pose_on_floor
+from warehouse_sim.scene.viewpoints.mountings import AMR, pose_on_floor
 
 PALLET = ("epal1", (0.0, -4.0, 0.072), 0.0)
 

@@ -12,8 +12,7 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.lighting.config import LightingConfig
 from warehouse_sim.scene.lighting.photometry import cone_of_beam, floor_points, flux_per_candela
-from warehouse_sim.scene.lighting.scene_lighting import SceneLighting
-from warehouse_sim.scene.lighting.switching import sample_lighting
+from warehouse_sim.scene.lighting.switching import SceneLighting, sample_lighting
 from warehouse_sim.schema import Light, SceneSpec, Viewpoint
 
 FLUX = 1500.0

@@ -18,9 +18,9 @@ from warehouse_sim.physics.settle import SettleConfig, settle_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import SceneDraft
+from warehouse_sim.scene.loads.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.scene.packing.pallet_choice import on_these, sample_pallet
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.scene.unit_load import UnitLoad, UnitLoadConfig, build_unit_load
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, SceneSpec
 
 

@@ -14,7 +14,7 @@ from warehouse_sim.interchange.glb.meshes import GlbMeshes
 from warehouse_sim.interchange.rig_cameras import rig_cameras
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render.painted_mesh import require_renderable
-from warehouse_sim.scene.lighting.beam import as_cone
+from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, ObjectInstance, SceneSpec
 from warehouse_sim.sensors.rig import RigConfig
 

@@ -10,7 +10,7 @@ from warehouse_sim.geometry.pose import quat_wxyz_from_matrix
 from warehouse_sim.render.light_selection import reference_points, strongest_lights
 from warehouse_sim.render.mujoco.appearance import add_background, add_light, add_material, measure_level
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
-from warehouse_sim.scene.lighting.beam import as_cone
+from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import ObjectInstance, SceneSpec
 
 _AFTER = np.array([1, 2, 0])

@@ -16,7 +16,7 @@ from warehouse_sim.render.light_selection import GROUND, even_illuminance
 from warehouse_sim.render.pyrender.device import import_pyrender
 from warehouse_sim.render.texture_layout import picture_albedo
 from warehouse_sim.render.texture_set import NO_CHANGE, albedo_factor
-from warehouse_sim.scene.lighting.beam import as_cone
+from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 HEADROOM = 4.0

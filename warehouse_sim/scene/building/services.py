@@ -91,7 +91,7 @@ def hang_services(draft: SceneDraft, config: ServicesConfig, roof: Roof, aisle: 
         """Hang something along x below the girders, unless what stands there reaches that high."""
         z = roof.under_girders - drop - model.size[2] / 2
         if _reach(tops, y, model.size[1] / 2) < z - model.size[2] / 2:
-            draft.add(model, make_transform(translation=np.array([middle, y, z])))
+            draft.put(model, (middle, y, z))
 
     if config.cable_trays:
         run(parts.cable_tray(along), roof.floor.y_max - _FROM_WALL)
@@ -134,8 +134,7 @@ def _lay_rooflights(draft: SceneDraft, roof: Roof) -> None:
         model = parts.rooflight(round(length, 2))
         for row in range(rows):
             y = floor.y_min + (row + 0.5) * (floor.y_max - floor.y_min) / rows
-            at = np.array([(left + right) / 2, y, roof.height - model.size[2] / 2 - 0.002])
-            draft.add(model, make_transform(translation=at))
+            draft.put(model, ((left + right) / 2, y, roof.height - model.size[2] / 2 - 0.002))
 
 
 def _set_windows(draft: SceneDraft, roof: Roof, tops: np.ndarray) -> None:

@@ -8,8 +8,8 @@ import numpy as np
 
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.building.floor import mark_line
 from warehouse_sim.scene.draft import QUARTER_TURN, SceneDraft
-from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Lane, Layout, Side
 
 PLAY = 0.06
@@ -37,14 +37,9 @@ class BlockStorageConfig(Layout):
     """Lanes on one side of the aisle or on both."""
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.lanes * self.lane_width
-
-    @property
-    def depth(self) -> float:
-        """Depth of the lanes (m)."""
-        return self.lane_depth * self.stack_pitch
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and away from it (m)."""
+        return self.lanes * self.lane_width, self.lane_depth * self.stack_pitch
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Mark the lanes on the floor; nothing else stands in a block."""

@@ -15,7 +15,7 @@ from warehouse_sim.catalog.racks.cantilever import (
     arm_places,
     level_heights,
 )
-from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.site import Layout, Side
@@ -46,26 +46,23 @@ class CantileverConfig(Layout):
     """Racks on one side of the aisle, with a wall behind, or on both."""
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.fields * _PITCH + COLUMN[0]
-
-    @property
-    def depth(self) -> float:
-        """Depth of arms and columns (m)."""
-        return ARM_LENGTH + COLUMN[1]
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and away from it (m)."""
+        return self.fields * _PITCH + COLUMN[0], ARM_LENGTH + COLUMN[1]
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add columns, ties and goods; there are no places for pallets."""
         name = next(name for name, levels in CANTILEVERS.items() if levels == self.levels)
         size = catalog_object(name).size
         for index in range(self.fields + 1):
-            at = np.array([(index - self.fields / 2) * _PITCH, self.depth / 2, size[2] / 2])
-            draft.add(name, T_world_side @ make_transform(translation=at))
+            draft.put(name, ((index - self.fields / 2) * _PITCH, self.depth / 2, size[2] / 2), T_world_side)
         for index in range(self.fields):
             for z in (0.6, size[2] - 0.2):
-                at = np.array([(index + 0.5 - self.fields / 2) * _PITCH, self.depth - COLUMN[1] / 2, z])
-                draft.add("cantilever_brace", T_world_side @ make_transform(translation=at))
+                draft.put(
+                    "cantilever_brace",
+                    ((index + 0.5 - self.fields / 2) * _PITCH, self.depth - COLUMN[1] / 2, z),
+                    T_world_side,
+                )
         for height in level_heights(self.levels):
             self._fill_level(draft, T_world_side, height, rng)
         return Side()
@@ -87,8 +84,7 @@ class CantileverConfig(Layout):
             for y in arm_places([float(model.size[1])] * across):
                 for layer in range(int(rng.integers(1, layers + 1)) if rng.random() < self.fill else 0):
                     x = start + fields * _PITCH / 2 + rng.uniform(-0.05, 0.05)
-                    at = np.array([x, y, height + (layer + 0.5) * model.size[2]])
-                    draft.add(model.name, T_world_side @ make_transform(translation=at))
+                    draft.put(model.name, (x, y, height + (layer + 0.5) * model.size[2]), T_world_side)
             start += fields * _PITCH
 
 

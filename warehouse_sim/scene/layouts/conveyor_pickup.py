@@ -8,8 +8,8 @@ import numpy as np
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
+from warehouse_sim.scene.building.floor import mark_line
 from warehouse_sim.scene.draft import SceneDraft
-from warehouse_sim.scene.layouts.hall import mark_line
 from warehouse_sim.scene.layouts.site import Layout, Side, Slot, Strip
 
 _PALLETS, _CARTONS = "pallet_conveyor", "roller_conveyor"
@@ -40,14 +40,10 @@ class ConveyorPickupConfig(Layout):
     """Fraction of those that are goods of your own (``loads.goods``) instead, 0-1."""
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.segments * CONVEYORS[_PALLETS].length
-
-    @property
-    def depth(self) -> float:
-        """Extent away from the aisle (m)."""
-        return _BACK + CONVEYORS[_PALLETS].width if self.carton_line else CONVEYORS[_PALLETS].width
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and away from it (m)."""
+        pallets = CONVEYORS[_PALLETS]
+        return self.segments * pallets.length, pallets.width + (_BACK if self.carton_line else 0.0)
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the conveyors; their places lie lengthwise on the pallets' one, its whole length one bay."""
@@ -60,27 +56,16 @@ class ConveyorPickupConfig(Layout):
         height = CONVEYORS[_PALLETS].height
         places = [np.array([(index - (count - 1) / 2) * self.pitch, y, height]) for index in range(count)]
         slots = [Slot(T_world_side @ make_transform(translation=at), _HEADROOM, first_bay) for at in places]
-        return Side(slots=slots, strips=self._carton_strips(T_world_side, y + _BACK))
-
-    def _carton_strips(self, T_world_side: Transform, y: float) -> list[Strip]:
-        """Return the upper side of the carton line's rollers, in the middle of ``y`` (m); none where it stays bare."""
         if not self.carton_line or self.carton_fill == 0.0:
-            return []
-        kind = CONVEYORS[_CARTONS]
-        depth = kind.lane
-        T_side_strip = make_transform(translation=np.array([0.0, y - depth / 2, kind.height]))
-        return [
-            Strip(
-                *(T_world_side @ T_side_strip, self.length, depth, 1.0),
-                fill=self.carton_fill,
-                own_fraction=self.goods_fraction,
-                one_kind=False,
-            )
-        ]
+            return Side(slots=slots)
+        rollers = CONVEYORS[_CARTONS]
+        T_side_strip = make_transform(translation=np.array([0.0, y + _BACK - rollers.lane / 2, rollers.height]))
+        goods = {"fill": self.carton_fill, "own_fraction": self.goods_fraction}
+        strip = Strip(T_world_side @ T_side_strip, self.length, rollers.lane, 1.0, **goods, one_kind=False)
+        return Side(slots=slots, strips=[strip])
 
     def _add_line(self, draft: SceneDraft, T_world_side: Transform, name: str, y: float) -> None:
         kind = CONVEYORS[name]
         count = int(self.length / kind.length + 1e-6)
         for index in range(count):
-            at = np.array([(index - (count - 1) / 2) * kind.length, y, kind.height / 2])
-            draft.add(name, T_world_side @ make_transform(translation=at))
+            draft.put(name, ((index - (count - 1) / 2) * kind.length, y, kind.height / 2), T_world_side)

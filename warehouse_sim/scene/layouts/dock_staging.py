@@ -8,11 +8,12 @@ import numpy as np
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, LEVELLER_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE
 from warehouse_sim.catalog.building.shell import MODULE_LENGTH, WALL_SIZE
-from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Fraction, Range, ranged
+from warehouse_sim.scene.building.floor import mark_line
+from warehouse_sim.scene.building.hall import module_x
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.scene.layouts.block_storage import floor_lanes
-from warehouse_sim.scene.layouts.hall import mark_line, module_x
 from warehouse_sim.scene.layouts.site import Layout, Side
 
 _TRAILER_RISE = 0.005
@@ -57,14 +58,9 @@ class DockStagingConfig(Layout):
             )
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.doors * MODULE_LENGTH
-
-    @property
-    def depth(self) -> float:
-        """Distance from the aisle to the wall with the doors (m)."""
-        return self.lane_depth * self.pitch + self.apron
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and from there to the wall with the doors (m)."""
+        return self.doors * MODULE_LENGTH, self.lane_depth * self.pitch + self.apron
 
     @property
     def gap(self) -> float:
@@ -100,8 +96,7 @@ class DockStagingConfig(Layout):
         def add(name: str, start: float, z: float = 0.0) -> None:
             """Add something that begins ``start`` (m) out of the wall's inner face, ``z`` (m) over the floor."""
             size = catalog_object(name).size
-            at = np.array([x, self.depth + start + size[1] / 2, z + size[2] / 2])
-            draft.add(name, T_world_side @ make_transform(translation=at))
+            draft.put(name, (x, self.depth + start + size[1] / 2, z + size[2] / 2), T_world_side)
 
         if not is_open:
             add("dock_door_closed", -DOOR_SIZE[1])

@@ -45,14 +45,9 @@ class DriveInConfig(Layout):
     """Racks on one side of the aisle, with a wall behind, or on both."""
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.lanes * _PITCH
-
-    @property
-    def depth(self) -> float:
-        """Depth of the lanes (m)."""
-        return self.lane_depth * PLACE_PITCH
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and away from it (m)."""
+        return self.lanes * _PITCH, self.lane_depth * PLACE_PITCH
 
     def under(self, clear_height: float) -> "DriveInConfig":
         """Return the rack with as many levels as leave room for the frames; at least one."""
@@ -68,7 +63,7 @@ class DriveInConfig(Layout):
         for number in range(self.lanes + 1):
             x = (number - self.lanes / 2) * _PITCH
             for y in rows:
-                draft.add(frame, T_world_side @ make_transform(translation=np.array([x, y, height / 2])))
+                draft.put(frame, (x, y, height / 2), T_world_side)
         slots: list[Slot] = []
         for lane in range(self.lanes):
             x = (lane - (self.lanes - 1) / 2) * _PITCH
@@ -98,8 +93,12 @@ class DriveInConfig(Layout):
         for place in range(self.lane_depth):
             y = (place + 0.5) * PLACE_PITCH
             for side in (-1.0, 1.0) if level else ():
-                at = np.array([x + side * (LANE_WIDTH - size[0]) / 2, y, top - RAIL_HEIGHT + size[2] / 2])
-                draft.add("drive_in_rail", T_world_side @ make_transform(None if side < 0 else HALF_TURN, at))
+                draft.put(
+                    "drive_in_rail",
+                    (x + side * (LANE_WIDTH - size[0]) / 2, y, top - RAIL_HEIGHT + size[2] / 2),
+                    T_world_side,
+                    rotation=None if side < 0 else HALF_TURN,
+                )
             slots.append(
                 Slot(
                     T_world_side @ make_transform(translation=np.array([x, y, top])),

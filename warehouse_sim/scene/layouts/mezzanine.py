@@ -10,8 +10,8 @@ from warehouse_sim.catalog.racks.small_parts import COLUMN_HEIGHT, DECK_TOP, PAN
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.draft import HALF_TURN, SceneDraft
-from warehouse_sim.scene.layouts.shelf_rows import add_shelf_row
 from warehouse_sim.scene.layouts.site import Layout, Side, Strip
+from warehouse_sim.scene.layouts.small_parts import add_shelf_row
 
 _FREE_EDGE = 0.35
 """How far behind the edge of the platform the first shelves stand (m): columns are there."""
@@ -36,25 +36,18 @@ class MezzanineConfig(Layout):
     """Fraction of the shelves that hold goods of your own (``loads.goods``), one article a shelf, 0-1."""
 
     @property
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
-        return self.panels * PANEL[0]
-
-    @property
-    def depth(self) -> float:
-        """Depth of the platform (m)."""
-        return self.panel_rows * PANEL[1]
+    def extent(self) -> tuple[float, float]:
+        """Along the aisle, and away from it (m)."""
+        return self.panels * PANEL[0], self.panel_rows * PANEL[1]
 
     def build_side(self, draft: SceneDraft, T_world_side: Transform, first_bay: int, rng: np.random.Generator) -> Side:
         """Add the platform and the shelving; there are no places for pallets."""
         xs = [(index - (self.panels - 1) / 2) * PANEL[0] for index in range(self.panels)]
         for x in xs:
             for row in range(self.panel_rows):
-                at = np.array([x, (row + 0.5) * PANEL[1], COLUMN_HEIGHT + PANEL[2] / 2])
-                draft.add("platform_panel", T_world_side @ make_transform(translation=at))
+                draft.put("platform_panel", (x, (row + 0.5) * PANEL[1], COLUMN_HEIGHT + PANEL[2] / 2), T_world_side)
             railing = catalog_object("platform_railing").size
-            at = np.array([x, railing[1] / 2, DECK_TOP + railing[2] / 2])
-            draft.add("platform_railing", T_world_side @ make_transform(translation=at))
+            draft.put("platform_railing", (x, railing[1] / 2, DECK_TOP + railing[2] / 2), T_world_side)
         self._add_columns(draft, T_world_side)
         bays = int((self.length - 0.3) / SHELF_SIZE[0])
         strips: list[Strip] = []
@@ -72,5 +65,4 @@ class MezzanineConfig(Layout):
         inner = catalog_object("platform_column").size[0] / 2
         xs = [-half + inner, *(-half + index * PANEL[0] for index in range(2, self.panels, 2)), half - inner]
         for x in xs:
-            at = np.array([x, inner, COLUMN_HEIGHT / 2])
-            draft.add("platform_column", T_world_side @ make_transform(translation=at))
+            draft.put("platform_column", (x, inner, COLUMN_HEIGHT / 2), T_world_side)

@@ -33,14 +33,9 @@ class MixedConfig(Layout):
             raise ValueError("dock doors are in the wall behind the front; make dock_staging the front")
 
     @property
-    def length(self) -> float:
-        """Extent of the front along the aisle (m)."""
-        return self.front.length
-
-    @property
-    def depth(self) -> float:
-        """Depth of the front (m)."""
-        return self.front.depth
+    def extent(self) -> tuple[float, float]:
+        """That of the front (m)."""
+        return self.front.extent
 
     @property
     def gap(self) -> float:

@@ -22,24 +22,22 @@ _EYES, _LOWEST = 1.75, 0.9
 """Height of the middle of a load notice, and least height of a bay's number (m)."""
 
 
-def add_guards(draft: SceneDraft, bays: int, pitch: float, T_world_rack: Transform) -> None:
-    """Add a barrier across each end of the rack and a guard before each front upright."""
+def add_guards(draft: SceneDraft, xs: Sequence[float], T_world_rack: Transform) -> None:
+    """Add a barrier across each end of the rack and a guard before each front upright; ``xs`` are its frames' (m)."""
     barrier = catalog_object("rack_end_guard")
-    half = bays * pitch / 2
     for side in (-1.0, 1.0):
-        x = side * (half + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
+        x = side * (xs[-1] + UPRIGHT_WIDTH / 2 + _GUARD_GAP + barrier.size[0])
         T_rack_barrier = make_transform(None if side > 0 else HALF_TURN, np.array([x, FRAME_DEPTH / 2, 0.0]))
         T_rack_barrier[2, 3] = barrier.size[2] / 2
         draft.add("rack_end_guard", T_world_rack @ T_rack_barrier)
-    add_upright_guards(draft, [(index - bays / 2) * pitch for index in range(bays + 1)], T_world_rack)
+    add_upright_guards(draft, xs, T_world_rack)
 
 
 def add_upright_guards(draft: SceneDraft, xs: Sequence[float], T_world_rack: Transform) -> None:
     """Add a guard before each front upright, whose axes are at ``xs`` (m) along the rack."""
     guard = catalog_object("upright_guard")
     for x in xs:
-        at = np.array([x, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2])
-        draft.add("upright_guard", T_world_rack @ make_transform(translation=at))
+        draft.put("upright_guard", (x, -guard.size[1] / 2 - _GUARD_GAP, guard.size[2] / 2), T_world_rack)
 
 
 def add_frame_signs(
@@ -59,7 +57,7 @@ def add_frame_signs(
         (T_world_feet[0], -1.0, QUARTER_TURN.T),
         (T_world_feet[-1], 1.0, QUARTER_TURN),
     ):
-        draft.add(notice, T_world_foot @ make_transform(rotation, np.array([side * half, 0.0, _EYES])))
+        draft.put(notice, (side * half, 0.0, _EYES), T_world_foot, rotation=rotation)
     # Connectors cover the upright beside each beam, from its top down.
     free = [z for z in np.arange(_LOWEST, _EYES, 0.05) if all(not top - 0.3 < z < top + 0.1 for top in levels)]
     at = np.array([0.0, -FRAME_DEPTH / 2 - number.size[1] / 2 - _OFF, max(free, default=_LOWEST)])
@@ -79,7 +77,7 @@ def add_row_spacers(draft: SceneDraft, xs: Sequence[float], height: float, T_wor
     length = catalog_object("row_spacer").size[1]
     for x in xs:
         for z in (0.9, height - 0.6):
-            draft.add("row_spacer", T_world_back @ make_transform(translation=np.array([x, length / 2, z])))
+            draft.put("row_spacer", (x, length / 2, z), T_world_back)
 
 
 def add_beam_labels(draft: SceneDraft, places: Sequence[float], T_world_face: Transform) -> None:
@@ -92,5 +90,4 @@ def add_beam_labels(draft: SceneDraft, places: Sequence[float], T_world_face: Tr
     """
     label = catalog_object("beam_label")
     for x in places:
-        at = np.array([x, -label.size[1] / 2 - _OFF, -BEAM_HEIGHT / 2])
-        draft.add("beam_label", T_world_face @ make_transform(translation=at))
+        draft.put("beam_label", (x, -label.size[1] / 2 - _OFF, -BEAM_HEIGHT / 2), T_world_face)

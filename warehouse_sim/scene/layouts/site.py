@@ -7,6 +7,7 @@ positive y; the aisle is the strip from y = -width to 0. The floor is z = 0.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from itertools import chain
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -17,8 +18,9 @@ from warehouse_sim.errors import ConfigError, PlacementError, shown, suggestion
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.scene.building.floor import add_tyre_marks
+from warehouse_sim.scene.building.hall import HallConfig, build_hall
 from warehouse_sim.scene.draft import HALF_TURN, Area, SceneDraft
-from warehouse_sim.scene.layouts.hall import HallConfig, add_tyre_marks, build_hall
 
 _COLUMN_GAP = 0.65
 """Free space behind a side with columns (m)."""
@@ -96,29 +98,21 @@ class Side:
     slots: Sequence[Slot] = ()
     lanes: Sequence[Lane] = ()
     backdrop: Sequence[Slot] = ()
-    """Slots of racks behind the one along the aisle, which nothing in the aisle reaches."""
+    """Slots of racks behind the one along the aisle: seen and not reached, so that what stands there is fixed."""
     strips: Sequence[Strip] = ()
     """Bare surfaces, filled or to be filled."""
-    aisles: Sequence[Area] = ()
+    side_aisles: Sequence[Area] = ()
     """Free floor between the racks behind (m, world)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Site:
-    """What was built."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Site(Side):
+    """What was built along both sides, and what is between and around them."""
 
     aisle: Area
     """Free floor: the rig drives and traffic moves on it, luminaires hang over it."""
-    slots: tuple[Slot, ...]
-    lanes: tuple[Lane, ...]
     hall: Area
     """The floor between the inner faces of the hall's walls."""
-    backdrop: tuple[Slot, ...] = ()
-    """Slots that are seen and not reached; what stands there is fixed."""
-    strips: tuple[Strip, ...] = ()
-    """Bare surfaces, filled or to be filled."""
-    side_aisles: tuple[Area, ...] = ()
-    """Free floor between the racks behind the one along the aisle."""
 
     def places_of_loads(self) -> list[OrientedBox]:
         """Return the room of each load that may stand here."""
@@ -163,13 +157,18 @@ class Layout(ABC):
 
     @property
     @abstractmethod
-    def length(self) -> float:
-        """Extent along the aisle (m)."""
+    def extent(self) -> tuple[float, float]:
+        """How far it reaches along the aisle, and away from it (m)."""
 
     @property
-    @abstractmethod
+    def length(self) -> float:
+        """Extent along the aisle (m)."""
+        return self.extent[0]
+
+    @property
     def depth(self) -> float:
         """Extent away from the aisle (m)."""
+        return self.extent[1]
 
     @property
     def gap(self) -> float:
@@ -269,14 +268,9 @@ def build_site(draft: SceneDraft, layout: Layout, hall: HallConfig, rng: np.rand
     if other is not None:
         T_world_side = make_transform(HALF_TURN, np.array([0.0, -layout.aisle_width, 0.0]))
         sides.append(other.build_side(draft, T_world_side, len(sides[0].slots), rng))
-    slots = tuple(slot for side in sides for slot in side.slots)
-    lanes = tuple(lane for side in sides for lane in side.lanes)
-    add_tyre_marks(draft, hall.tyre_marks, aisle_area(layout), rng)
-    backdrop = tuple(slot for side in sides for slot in side.backdrop)
-    strips = tuple(strip for side in sides for strip in side.strips)
-    return Site(
-        aisle_area(layout), slots, lanes, walls, backdrop, strips, tuple(area for side in sides for area in side.aisles)
-    )
+    add_tyre_marks(draft, hall.tyre_marks, aisle, rng)
+    built = {item.name: tuple(chain(*(getattr(side, item.name) for side in sides))) for item in fields(Side)}
+    return Site(aisle=aisle, hall=walls, **built)
 
 
 def _require_floor(y_front: float, y_back: float | None, aisle: Area) -> None:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.scene.lighting.beam import Beam
-from warehouse_sim.scene.lighting.presets import Preset
+from warehouse_sim.scene.lighting.config import Preset
+from warehouse_sim.scene.lighting.photometry import spot
 from warehouse_sim.schema import Light, ObjectInstance, SceneSpec
 
 ROW = "light_line"
@@ -97,9 +97,10 @@ def _spot(
     way: float,
 ) -> Light:
     """Return one light of a row, leaning as those over the aisle: to one end at ``way`` 1, to the other at -1."""
-    beam = Beam.of(preset.beam_deg if preset.beam_deg < _WIDE else _LAMBERTIAN, preset.distribution)
+    beam = preset.distribution or (preset.beam_deg if preset.beam_deg < _WIDE else _LAMBERTIAN)
     tilt = np.deg2rad(preset.tilt_deg) * way
-    return beam.spot(
+    return spot(
+        beam,
         place + np.array([0.0, 0.0, -0.1]),
         np.array([np.sin(tilt), 0.0, -np.cos(tilt)]),
         length,

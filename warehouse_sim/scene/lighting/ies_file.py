@@ -21,7 +21,6 @@ from warehouse_sim.schema.intensity import ANGLES, PLANES
 
 _HEADERS = ("IESNA:LM-63-2002", "IESNA:LM-63-1995", "IES:LM-63-2019", "IESNA91")
 _TYPES = {1: "C", 2: "B", 3: "A"}
-_FOOT = 0.3048
 _MOST_BYTES, _MOST_ANGLES = 4_000_000, 2000
 _GREATEST = 1e8
 """Largest number that a file may hold; searchlights give 1e7 cd."""
@@ -31,11 +30,6 @@ _GREATEST = 1e8
 class IesFile:
     """What a photometric file says."""
 
-    lumens: float
-    """Rated flux of all lamps (lm); -1 where the photometry is absolute."""
-    size: tuple[float, float, float]
-    """Width, length and height of the luminous opening (m); negative for round ones."""
-    watts: float
     vertical: Float[np.ndarray, " v"]
     """Angles from straight down (deg), rising."""
     horizontal: Float[np.ndarray, " h"]
@@ -98,26 +92,36 @@ class _Reader:
             first = shown(self._lines[0][:40]) if self._lines else "nothing"
             self._reject(f"the first line must be one of {', '.join(_HEADERS)}, found {first}")
         self._numbers = self._from(self._skip_keywords())
-        lamps, per_lamp = self._whole("number of lamps", 1, 10_000), self._number("lumens per lamp")
+        self._whole("number of lamps", 1, 10_000)
+        self._number("lumens per lamp")
         factor = self._positive("candela multiplier")
         count = self._whole("number of vertical angles", 1, _MOST_ANGLES)
         planes = self._whole("number of horizontal angles", 1, _MOST_ANGLES)
         kind = self._whole("photometric type", 1, 3)
         if kind != 1:
             self._reject(f"photometry is of type {_TYPES[kind]}, only type C (1) can be read; convert the file")
-        unit = {1: _FOOT, 2: 1.0}[self._whole("unit of lengths (1 feet, 2 metres)", 1, 2)]
-        width, length, height = (unit * self._number(side) for side in ("width", "length", "height"))
+        self._whole("unit of lengths (1 feet, 2 metres)", 1, 2)
+        for side in ("width", "length", "height"):
+            self._number(side)
         factor *= self._positive("ballast factor")
         self._number("factor for future use")
-        watts = self._number("input watts")
-        vertical, horizontal = self._vertical(count), self._horizontal(planes)
+        self._number("input watts")
+        vertical = self._rising("vertical", count)
+        low, high = vertical[0], vertical[-1]
+        if count < 2 or low not in (0.0, 90.0) or high not in (90.0, 180.0):
+            self._reject(f"vertical angles must go from 0 or 90 to 90 or 180, found {low:g} to {high:g}")
+        horizontal = self._rising("horizontal", planes)
+        if horizontal[0] != 0.0 or horizontal[-1] not in (0.0, 90.0, 180.0, 360.0):
+            self._reject(
+                f"horizontal angles must go from 0 to 0, 90, 180 or 360, found {horizontal[0]:g} to "
+                f"{horizontal[-1]:g}; export the file with whole quarters"
+            )
         candela = factor * np.array([[self._candela() for _ in range(count)] for _ in range(planes)])
         if next(self._numbers, None) is not None:
             self._reject(f"more numbers than {planes} x {count} candela; check the numbers of angles")
         if candela.max() <= 0.0:
             self._reject("all candela are 0: the luminaire gives no light")
-        lumens = -1.0 if per_lamp < 0 else lamps * per_lamp
-        return IesFile(lumens, (width, length, height), watts, vertical, horizontal, candela)
+        return IesFile(vertical, horizontal, candela)
 
     def _skip_keywords(self) -> int:
         """Return how many lines come before the numbers."""
@@ -165,21 +169,6 @@ class _Reader:
         if value < 0.0:
             self._reject(f"candela must not be negative, found {value:g}")
         return value
-
-    def _vertical(self, count: int) -> Float[np.ndarray, " v"]:
-        angles = self._rising("vertical", count)
-        if count < 2 or angles[0] not in (0.0, 90.0) or angles[-1] not in (90.0, 180.0):
-            self._reject(f"vertical angles must go from 0 or 90 to 90 or 180, found {angles[0]:g} to {angles[-1]:g}")
-        return angles
-
-    def _horizontal(self, count: int) -> Float[np.ndarray, " h"]:
-        angles = self._rising("horizontal", count)
-        if angles[0] != 0.0 or angles[-1] not in (0.0, 90.0, 180.0, 360.0):
-            self._reject(
-                f"horizontal angles must go from 0 to 0, 90, 180 or 360, found {angles[0]:g} to {angles[-1]:g}; "
-                "export the file with whole quarters"
-            )
-        return angles
 
     def _rising(self, kind: str, count: int) -> Float[np.ndarray, " n"]:
         angles: list[float] = []

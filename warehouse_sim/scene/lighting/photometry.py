@@ -5,12 +5,13 @@ inner and the outer half angle, I(c) = I_0 * saturate((c - c_o) / (c_i - c_o))^2
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.scene.draft import Area
-from warehouse_sim.schema import Light, SceneSpec
+from warehouse_sim.schema import IntensityDistribution, Light, SceneSpec
 
 _ALONG, _ACROSS = 12, 6
 
@@ -106,3 +107,63 @@ def unshadowed_illuminance(
 ) -> Float[np.ndarray, " n"]:
     """Return the illuminance (lx) that all lights give together, ignoring shadows."""
     return sum((light_illuminance(light, points, normals) for light in lights), np.zeros(len(points)))
+
+
+_WIDEST_CONE = np.deg2rad(89.0)
+"""Half angle of the widest cone that a distribution is taken to fill where only cones are known."""
+
+
+def spot(
+    beam: float | IntensityDistribution,
+    position: Float[np.ndarray, " 3"],
+    direction: Float[np.ndarray, " 3"],
+    length: Float[np.ndarray, " 3"],
+    flux: float,
+    *,
+    color: tuple[float, float, float],
+    radius: float,
+    fill: bool = False,
+) -> Light:
+    """Return how a luminaire shines: in a cone by a formula, or as its photometric file says.
+
+    Args:
+        beam: Full angle of half intensity (deg), or what the file says.
+        position: World position (m).
+        direction: Unit axis in the world.
+        length: Unit vector along the luminaire's length, that a distribution turns with; not along the axis.
+        flux: What it gives (lm).
+        color: Linear RGB of unit luminance-like scale.
+        radius: Of the disk that emits (m).
+        fill: As of ``Light``.
+    """
+    if isinstance(beam, IntensityDistribution):
+        inner, outer, per_candela = 0.0, min(beam.widest, float(_WIDEST_CONE)), beam.flux_per_candela
+    else:
+        inner, outer = cone_of_beam(beam)
+        per_candela = flux_per_candela(inner, outer)
+    light = Light(
+        kind="spot",
+        position=position,
+        direction=direction,
+        intensity=flux / per_candela,
+        color=color,
+        cone_inner=inner,
+        cone_outer=outer,
+        radius=radius,
+        fill=fill,
+    )
+    if not isinstance(beam, IntensityDistribution):
+        return light
+    across = length - (length @ direction) * direction
+    x, y, z = (across / np.linalg.norm(across)).tolist()
+    return replace(light, distribution=beam, along=(x, y, z))
+
+
+def as_cone(light: Light) -> Light:
+    """Return a light for renderers that draw cones only: of the same flux and half angle, without a distribution."""
+    if light.distribution is None:
+        return light
+    half = float(np.clip(np.degrees(2.0 * light.distribution.half_angle), 10.0, 150.0))
+    inner, outer = cone_of_beam(half)
+    intensity = light.intensity * light.distribution.flux_per_candela / flux_per_candela(inner, outer)
+    return replace(light, intensity=intensity, cone_inner=inner, cone_outer=outer, distribution=None)

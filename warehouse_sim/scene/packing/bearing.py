@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.catalog.loads.strength import bears, is_goods, stacking_strength
 from warehouse_sim.geometry.convex import area, convex_hull
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.packing.layer import Layer
+from warehouse_sim.scene.packing.patterns import Layer
 from warehouse_sim.schema import ObjectModel
 
 Pieces = Sequence[tuple[ObjectModel, Transform]]
@@ -57,8 +57,7 @@ def bearing_under_boards(pieces: Pieces, pallet: ObjectModel) -> float:
     top = _uppermost(high)
     boxes = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in pallet.collision])
     feet = boxes[boxes[:, 0, 2] < boxes[:, 0, 2].min() + _TOUCH]
-    edges = np.minimum(high[:, None, :2], feet[None, :, 1, :2]) - np.maximum(low[:, None, :2], feet[None, :, 0, :2])
-    pressed = np.where(top, np.prod(np.maximum(edges, 0.0), axis=2).sum(axis=1), 0.0)
+    pressed = np.where(top, _shared(low, high, feet[:, 0], feet[:, 1]).sum(axis=1), 0.0)
     if not pressed.any():
         return 0.0
     strengths = np.array([bears(model) for model, _ in solid])
@@ -71,8 +70,7 @@ def bearing_under_boards(pieces: Pieces, pallet: ObjectModel) -> float:
 def layer_fraction(lower: Layer, upper: Layer, size: Float[np.ndarray, " k"]) -> float:
     """Return the fraction of a layer of equal pieces that rests on the layer below it, 0-1."""
     (low, high), (below_low, below_high) = upper.rectangles(size), lower.rectangles(size)
-    edges = np.minimum(high[:, None], below_high[None]) - np.maximum(low[:, None], below_low[None])
-    return float(np.prod(np.maximum(edges, 0.0), axis=2).sum() / np.prod(high - low, axis=1).sum())
+    return float(_shared(low, high, below_low, below_high).sum() / np.prod(high - low, axis=1).sum())
 
 
 def supported_fraction(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Transform) -> float:
@@ -81,9 +79,9 @@ def supported_fraction(pieces: Pieces, deck: Sequence[float], T_pieces_deck: Tra
     low, high = _extents(solid)
     top = _uppermost(high)
     centre, half = T_pieces_deck[:2, 3], np.array(deck) / 2
-    edges = np.minimum(high[top, :2], centre + half) - np.maximum(low[top, :2], centre - half)
+    shared = _shared(low[top], high[top], (centre - half)[None], (centre + half)[None])[:, 0]
     fill = np.array([_fill(model) for model, _ in solid])[top]
-    return float(np.sum(fill * np.prod(np.maximum(edges, 0.0), axis=1)) / (deck[0] * deck[1]))
+    return float(np.sum(fill * shared) / (deck[0] * deck[1]))
 
 
 def _spare(pieces: Pieces, on_top: Float[np.ndarray, " n"], strengths: Float[np.ndarray, " n"]) -> float:
@@ -109,9 +107,20 @@ def _burdens(pieces: Pieces, on_top: Float[np.ndarray, " n"] | None = None) -> F
 def _contacts(pieces: Pieces) -> Float[np.ndarray, "n n"]:
     """Return the area (m^2) with which each piece (row) rests on each other (column)."""
     low, high = _extents(pieces)
-    edges = np.minimum(high[:, None, :2], high[None, :, :2]) - np.maximum(low[:, None, :2], low[None, :, :2])
     touch = np.abs(low[:, None, 2] - high[None, :, 2]) < _TOUCH
-    return np.where(touch, np.prod(np.maximum(edges, 0.0), axis=2), 0.0)
+    return np.where(touch, _shared(low, high, low, high), 0.0)
+
+
+def _shared(
+    low: Float[np.ndarray, "n k"],
+    high: Float[np.ndarray, "n k"],
+    other_low: Float[np.ndarray, "m k"],
+    other_high: Float[np.ndarray, "m k"],
+) -> Float[np.ndarray, "n m"]:
+    """Return the area (m^2) that each rectangle, given by its corners, shares with each other one, seen from above."""
+    low, high = low[:, None, :2], high[:, None, :2]
+    edges = np.minimum(high, other_high[None, :, :2]) - np.maximum(low, other_low[None, :, :2])
+    return np.asarray(np.prod(np.maximum(edges, 0.0), axis=2))
 
 
 def _allowed(pieces: Pieces, crush_rule: bool) -> Float[np.ndarray, " n"]:

@@ -12,10 +12,9 @@ from warehouse_sim.catalog.loads.strength import bears
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.scene.packing.bearing import LEAST_LAYER, layer_fraction, without_overload
-from warehouse_sim.scene.packing.layer import how_many
 from warehouse_sim.scene.packing.load_config import UnitLoadConfig
 from warehouse_sim.scene.packing.mixed import Rests, pack_mixed
-from warehouse_sim.scene.packing.patterns import Cycle, Pattern, pattern_layers, possible_patterns
+from warehouse_sim.scene.packing.patterns import Cycle, Pattern, how_many, pattern_layers, possible_patterns
 from warehouse_sim.scene.packing.stacking import Tier, stack_tiers
 from warehouse_sim.schema import ObjectModel
 

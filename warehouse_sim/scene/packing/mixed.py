@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.scene.packing.layer import carried
+from warehouse_sim.scene.packing.patterns import carried
 from warehouse_sim.scene.packing.stacking import AIR, StackingConfig
 
 _LEAST_CARRIED = 0.7

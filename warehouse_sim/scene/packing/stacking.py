@@ -13,7 +13,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.scene.distribution import Distribution
-from warehouse_sim.scene.packing.layer import Layer
+from warehouse_sim.scene.packing.patterns import Layer
 
 AIR = 0.0005
 """Gap (m) under every piece and the least gap beside it, before settling."""

@@ -11,8 +11,8 @@ from warehouse_sim.errors import PlacementError
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.scene.backdrop import is_backdrop
 from warehouse_sim.scene.draft import Area
+from warehouse_sim.scene.loads.backdrop import is_backdrop
 from warehouse_sim.scene.solids import Solids
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec, Viewpoint

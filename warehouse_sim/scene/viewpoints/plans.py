@@ -12,13 +12,11 @@ from jaxtyping import Float
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
-from warehouse_sim.scene.viewpoints.drives import Drive, Mount
+from warehouse_sim.scene.viewpoints.drives import Arc, Drive, FloorPose, Mount, Path, SpeedProfile
 from warehouse_sim.scene.viewpoints.framing import shows, target_in_view
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.mountings import Mounting
-from warehouse_sim.scene.viewpoints.paths import Arc, FloorPose, Path, SpeedProfile
+from warehouse_sim.scene.viewpoints.mountings import Mounting, pose_on_floor
 from warehouse_sim.scene.viewpoints.single import sample_lift, sample_mount
-from warehouse_sim.scene.viewpoints.vehicles import pose_on_floor
 from warehouse_sim.schema import ObjectInstance, ObjectModel, Viewpoint
 
 

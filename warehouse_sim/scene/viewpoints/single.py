@@ -11,8 +11,7 @@ from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
 from warehouse_sim.scene.viewpoints.framing import is_framed
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
-from warehouse_sim.scene.viewpoints.mountings import Mounting
-from warehouse_sim.scene.viewpoints.vehicles import pose_on_floor
+from warehouse_sim.scene.viewpoints.mountings import Mounting, pose_on_floor
 from warehouse_sim.schema import ObjectInstance, Viewpoint
 
 TRIES = 60

@@ -20,7 +20,7 @@ from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, episode
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, DRIFTS, DRIVE
 from warehouse_sim.evaluation.docking.fork import docking_errors
 from warehouse_sim.geometry.pose import make_transform, rotation_z
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT
 
 SETTING = Setting("alone", 0, CAMERA)
 PLACE = station(300.0, pose=at(0.7, -1.2, 0.072, 2.1))

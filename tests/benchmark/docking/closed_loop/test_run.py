@@ -18,7 +18,7 @@ from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import open_renderer
-from warehouse_sim.scene.lighting.presets import PRESETS as LIGHTS
+from warehouse_sim.scene.lighting.config import PRESETS as LIGHTS
 from warehouse_sim.sensors.rgbd.depth.models import MODELS, PRESETS
 
 ROW = {"source": "made", "scene": 0, "start": 0, "condition": "base", "factor": "base", "method": "oracle"}

@@ -8,8 +8,8 @@ import pytest
 from warehouse_sim.benchmark.docking.closed_loop import vehicle
 from warehouse_sim.benchmark.docking.closed_loop.settings import DRIFTS, DRIVE, Drift
 from warehouse_sim.benchmark.docking.closed_loop.vehicle import Motion, Odometry, pursue, slow_down
-from warehouse_sim.scene.viewpoints.paths import FloorPose
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
+from warehouse_sim.scene.viewpoints.drives import FloorPose
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT
 
 LAG_FREE = replace(DRIVE, steer_rate=1e3, acceleration=1e3, tick=0.005)
 

@@ -13,9 +13,8 @@ from warehouse_sim.benchmark.docking.closed_loop.starts import KIND, Start
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.viewpoints.drives import Mount
+from warehouse_sim.scene.viewpoints.drives import FloorPose, Mount
 from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
-from warehouse_sim.scene.viewpoints.paths import FloorPose
 from warehouse_sim.schema import PoseEstimate
 
 CAMERA = PinholeCamera.from_focal(1224, 370, 707.0)

@@ -16,9 +16,8 @@ from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.evaluation.docking.fork import HEEL_GAP, TINE_LENGTH
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
-from warehouse_sim.scene.viewpoints.drives import Mount
-from warehouse_sim.scene.viewpoints.paths import FloorPose
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
+from warehouse_sim.scene.viewpoints.drives import FloorPose, Mount
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, pose_on_floor
 from warehouse_sim.schema import PoseEstimate, Viewpoint
 
 ARRIVED = "arrived"

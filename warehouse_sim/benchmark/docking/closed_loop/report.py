@@ -18,7 +18,7 @@ from warehouse_sim.evaluation.docking.fork import HEEL_GAP, REACH, TINE_WIDTH
 from warehouse_sim.geometry.boxes import OrientedBox, box_corners
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, pose_on_floor
 
 DOCKED = "docked"
 _DEG = 180.0 / np.pi

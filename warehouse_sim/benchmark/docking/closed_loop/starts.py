@@ -18,11 +18,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import scene_rng
 from warehouse_sim.scene.solids import Solids
-from warehouse_sim.scene.viewpoints.drives import Mount
+from warehouse_sim.scene.viewpoints.drives import FloorPose, Mount
 from warehouse_sim.scene.viewpoints.free_space import UNDERFOOT, FreeSpace, vehicle_boxes
-from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
-from warehouse_sim.scene.viewpoints.paths import FloorPose
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, MOUNTINGS
 from warehouse_sim.schema import FREE, UNDER_A_STACK, ObjectInstance, SceneSpec
 
 KIND = "forklift_forks"

@@ -1,6 +1,6 @@
 """The truck as it rolls, where it thinks that it is, and the law that it steers by.
 
-The truck is a kinematic bicycle with its origin on the axle that does not steer (``scene.viewpoints.paths``), so that
+The truck is a kinematic bicycle with its origin on the axle that does not steer (``scene.viewpoints.drives``), so that
 each tick is an exact arc. The law is pure pursuit (Coulter 1992, "Implementation of the Pure Pursuit Path Tracking
 Algorithm", CMU-RI-TR-92-01): the arc through the truck and a point of the line at the look-ahead distance. Near the
 line its offset y over the way s obeys y'' + (2 / L) y' + (2 / L^2) y = 0: it decays with exp(-s / L).
@@ -12,8 +12,8 @@ import numpy as np
 
 from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE, Drift
 from warehouse_sim.geometry.pose import Transform
-from warehouse_sim.scene.viewpoints.paths import FloorPose
-from warehouse_sim.scene.viewpoints.vehicles import FORKLIFT, pose_on_floor
+from warehouse_sim.scene.viewpoints.drives import FloorPose
+from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, pose_on_floor
 
 _STEEPEST = 0.7
 """Greatest fraction of the look-ahead that the offset may be: farther away the truck looks farther."""
