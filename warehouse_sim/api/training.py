@@ -123,9 +123,8 @@ def fit(
     from warehouse_sim.estimators.train import trainable
 
     method = trainable(estimator)
-    stream = getattr(config, "stream", None)
-    if stream is not None and stream.recipe:
-        _stream_recipe(stream)  # Before splits are read, which may take long.
+    if config.fed_by:
+        _stream_recipe(config.fed_by)  # Before splits are read, which may take long.
     with stage("training") as progress:
         run(estimator, data, out, config, resume, progress, init, cache, open_stream)
     with stage("calibrating") as progress:

@@ -25,9 +25,8 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.pipeline import passed
 from warehouse_sim.estimators.pose.icp.oracle import OracleIcp
-from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
-from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.schema import PoseEstimate
 
@@ -67,8 +66,6 @@ def predict(
         InputError: A user's own estimator returns something else than estimates.
         InputError: Tracks are requested, but nothing has a covariance, or images do not say where the camera is.
     """
-    if config.tracking != TrackConfig() and not config.track:
-        raise InputError("--tracking changes only what --track filters: add --track")
     reader = (
         data.calibrated(config.calibration)
         if isinstance(data, DatasetReader)
@@ -98,14 +95,14 @@ def predict(
     if reader.manifest is not None or finder.takes_gt(estimator):
         require_known(estimator, reader, images)
     estimates: list[PoseEstimate] = []
-    for start in range(0, len(images), config.images_at_once):
-        group = images[start : start + config.images_at_once]
+    for start in range(0, len(images), IMAGES_AT_ONCE):
+        group = images[start : start + IMAGES_AT_ONCE]
         estimates += _estimate(estimator, reader, group, finder)
         if progress:
             progress((start + len(group)) / len(images), f"{len(estimates)} poses")
     if not estimates:
         log.warning("%s: no pose was estimated in the %d images of split %s", reader.root, len(images), split)
-    estimates = tracked(reader, split, estimates, config.tracking) if config.track else estimates
+    estimates = tracked(reader, split, estimates) if config.track else estimates
     if pictures is not None:
         write_pictures(Path(pictures), reader, images, estimates, known_sizes(estimator, reader))
     return estimates

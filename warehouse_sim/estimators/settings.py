@@ -6,12 +6,13 @@ from typing import Annotated, Literal
 from warehouse_sim.dataset.reader import Calibration
 from warehouse_sim.estimators.gravity import GravitySource
 from warehouse_sim.estimators.pose.choose import Selection
-from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.ranges import Range, Seed, ranged
 
 DepthSource = Literal["camera", "lidar", "lidar-sparse"]
 """Whose depth is seen: the camera's own, the main LiDAR's filled up, or only where it has points."""
 Refinement = Literal["none", "icp", "verify"]
+IMAGES_AT_ONCE = 8
+"""Images per network call."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,6 @@ class PredictConfig:
     """Calibration that estimators get: the true one, or the nominal one of ``sensors.calibration`` in the recipe."""
     gravity: GravitySource = "rig"
     """Source of the gravity direction: the rig's pose, the floor in the depth image, or none."""
-    images_at_once: Annotated[int, Range(1, 1024)] = 8
-    """Images per network call, 1-1,024."""
     seed: Seed = 0
     """Seed of the points that are sampled, >= 0."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
@@ -58,8 +57,6 @@ class PredictConfig:
     Objects are then assumed upright."""
     track: bool = False
     """Filter the poses of each drive in the world frame, with their covariances, and predict hidden objects."""
-    tracking: TrackConfig = field(default_factory=TrackConfig)
-    """Settings of the tracker."""
 
     def with_stages(self, has_surfaces: bool = True) -> "PredictConfig":
         """Return the settings of a network, with the best selection and refinement where none is given.

@@ -23,7 +23,7 @@ from warehouse_sim.learning.observer import Observer, StepForecast, TrainingStat
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
 from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, StartingWeights, read_weights
-from warehouse_sim.learning.samples.awaited import AwaitedStream
+from warehouse_sim.learning.samples.stream_window import AwaitedStream
 from warehouse_sim.learning.settings import LoopConfig, Progress
 from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
 from warehouse_sim.output import writing
@@ -200,8 +200,7 @@ def starting_weights(init: str | Path, file: Path) -> StartingWeights:
 @contextmanager
 def _fed(job: TrainingJob, progress: Progress | None) -> Iterator[tuple[TrainingJob, AwaitedStream | None]]:
     """Give a job, and the stream that feeds it if its settings name one; that is closed in the end."""
-    named = getattr(getattr(job.config, "stream", None), "recipe", "")
-    if not named or job.open_stream is None:
+    if not job.config.fed_by or job.open_stream is None:
         yield job, None
         return
     with closing(AwaitedStream(job.open_stream, progress)) as stream:

@@ -1,7 +1,7 @@
 """Settings of the training loop and of streams; free of torch, so that a command line can show them at once."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Annotated, Literal, Self
 
 from warehouse_sim.ranges import Range, Seed, ranged
@@ -50,10 +50,17 @@ class LoopConfig:
             raise ValueError("training never ends: set max_minutes or max_steps")
         if self.batch % self.devices:
             raise ValueError(f"batch {self.batch} cannot be shared evenly by {self.devices} devices")
+        if self.fed_by and self.devices > 1:
+            raise ValueError(f"a stream feeds one process, not {self.devices}: leave out stream.recipe or devices")
 
     def defaults(self) -> Self:
         """Return the settings of whoever names none, to go on with a run."""
         return type(self)()
+
+    @property
+    def fed_by(self) -> "StreamConfig | None":
+        """The stream that is trained on; None where it is the train split."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -83,11 +90,16 @@ class StreamConfig:
         if changed and not self.recipe:
             raise ValueError(f"stream.{changed[0]} is of a stream that no recipe is named for: give stream.recipe, too")
 
-    def require_one_process(self, devices: int) -> None:
-        """Check that one process trains where a recipe is named.
 
-        Raises:
-            ValueError: Several do.
-        """
-        if self.recipe and devices > 1:
-            raise ValueError(f"a stream feeds one process, not {devices}: leave out stream.recipe or devices")
+@dataclass(frozen=True)
+@ranged
+class StreamedConfig(LoopConfig):
+    """How a network is trained that may be fed by a stream."""
+
+    stream: StreamConfig = field(default_factory=StreamConfig)
+    """What is trained on in place of the train split, where a recipe is named."""
+
+    @property
+    def fed_by(self) -> StreamConfig | None:
+        """The stream that is trained on; None where it is the train split."""
+        return self.stream if self.stream.recipe else None

@@ -15,9 +15,9 @@ from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking import drives as module
+from warehouse_sim.estimators.tracking import tracker as filtering
 from warehouse_sim.estimators.tracking.belief import difference
 from warehouse_sim.estimators.tracking.drives import drives, tracked
-from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import SymmetryGroup, Transform, invert, level_camera, make_transform, rotation_z
@@ -66,14 +66,16 @@ def test_a_drive_ends_better_than_its_single_shots() -> None:
     assert tracks <= 43
 
 
-def test_the_bound_keeps_what_images_have_in_common() -> None:
-    tracker = Tracker({1: HALF}, TrackConfig(common_fraction=0.3))
+def test_the_bound_keeps_what_images_have_in_common(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracker = Tracker({1: HALF})
     for step in range(50):
         at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)
         (found,) = tracker.step(at, [estimate(at, PALLET)])
     ratio = np.linalg.eigvals(found.covariance @ np.linalg.inv(COVARIANCE)).real
     assert ratio.min() > 0.3
-    free = Tracker({1: HALF}, TrackConfig(0.0, 0.0, 0.0, 0.0, 0.0))
+    for name in ("FRACTION", "DEPTH", "DEPTH_FRACTION", "SIDE", "TURN"):
+        monkeypatch.setattr(filtering, f"_COMMON_{name}", 0.0)
+    free = Tracker({1: HALF})
     for step in range(50):
         at = View(0, step, CAMERA, view(3).T_world_camera, 0.1 * step)
         (found,) = free.step(at, [estimate(at, PALLET)])

@@ -116,7 +116,7 @@ def _numbers(generate: Words, predict: Words, train: Words, check: Words) -> Ite
         "--difficulty": ((*generate, "made"), frozenset({"0"})),
         "--scene-limit": ((*generate, "made"), frozenset({"1.5", "inf", "1e300", _HUGE})),
         "--scene": (check, frozenset({"0", _HUGE})),
-        **dict.fromkeys(("--images-at-once", "--threads"), (poses, frozenset({_HUGE}))),
+        "--threads": (poses, frozenset({_HUGE})),
         **dict.fromkeys(("--reject",), (poses, frozenset({"0"}))),
         **dict.fromkeys(
             ("--batch", "--learning-rate", "--ema", "--validations", "--weight-decay", "--clip-norm", "--warmup-steps",

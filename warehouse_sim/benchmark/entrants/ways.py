@@ -24,7 +24,7 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.predict import require_known
 from warehouse_sim.estimators.registries import ESTIMATORS
-from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
 
@@ -139,8 +139,8 @@ def answers(
     may_be = _candidates(estimator, reader) if disturb == UNNAMED else ()
     finder = Finder(config.detections, config.gravity, config.depth, config.objects)
     found: list[PoseEstimate] = []
-    for start in range(0, len(images), config.images_at_once):
-        group = images[start : start + config.images_at_once]
+    for start in range(0, len(images), IMAGES_AT_ONCE):
+        group = images[start : start + IMAGES_AT_ONCE]
         seen, seconds = list[RgbdImage](), dict[tuple[int, int], float]()
         for record in group:
             if (image := finder.find(estimator, reader, record)) is None:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.images.settings import DepthSource, ImageAugmentConfig, Reads
-from warehouse_sim.learning.settings import LoopConfig, StreamConfig
+from warehouse_sim.learning.settings import LoopConfig, StreamedConfig
 from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
@@ -58,7 +58,7 @@ class BoxTrainingConfig(LoopConfig):
 
 @dataclass(frozen=True)
 @ranged
-class AnyDetectorConfig(BoxTrainingConfig):
+class AnyDetectorConfig(BoxTrainingConfig, StreamedConfig):
     """How any network that finds objects in images is trained."""
 
     input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
@@ -69,13 +69,10 @@ class AnyDetectorConfig(BoxTrainingConfig):
     """Which targets are to be found."""
     augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)
     """How images are disturbed."""
-    stream: StreamConfig = field(default_factory=StreamConfig)
-    """What is trained on in place of the train split, where a recipe is named."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.stream.require_one_process(self.devices)
-        if self.stream.recipe and self.depth_source == "lidar":
+        if self.fed_by and self.depth_source == "lidar":
             raise ValueError("a stream has no sweeps: leave out stream.recipe, or take depth_source camera")
 
     def is_wanted(self, labels: Float[np.ndarray, "k 8"]) -> Bool[np.ndarray, " k"]:

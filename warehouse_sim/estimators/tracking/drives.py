@@ -10,7 +10,6 @@ from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile, surface_metric
 from warehouse_sim.estimators.pose.uncertainty.estimator import NINE_OF_TEN
-from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.schema import PoseEstimate
 
@@ -18,12 +17,7 @@ _SECONDS_AN_IMAGE = 0.1
 """Between images of a sequence whose times nobody stored (s)."""
 
 
-def tracked(
-    reader: DatasetReader,
-    split: str,
-    estimates: Sequence[PoseEstimate],
-    config: TrackConfig = TrackConfig(),  # noqa: B008  frozen
-) -> list[PoseEstimate]:
+def tracked(reader: DatasetReader, split: str, estimates: Sequence[PoseEstimate]) -> list[PoseEstimate]:
     """Return the estimates of a split after filtering along its drives; each image sees those before it, none after.
 
     Images of no drive keep theirs. A dataset that says nothing of drives, as BOP's, has one a scene.
@@ -32,7 +26,6 @@ def tracked(
         reader: The dataset.
         split: Which of its splits.
         estimates: Of that split, with covariances.
-        config: Settings.
 
     Raises:
         InputError: No estimate has a covariance, or images of a drive do not say where the camera is.
@@ -48,7 +41,7 @@ def tracked(
         by_image.setdefault((item.scene_id, item.image_id), []).append(item)
     symmetries = {number: info.symmetry for number, info in reader.objects.items()}
     for drive in drives(reader, split):
-        tracker = Tracker(symmetries, config)
+        tracker = Tracker(symmetries)
         for view in drive:
             key = view.scene_id, view.image_id
             by_image[key] = tracker.step(view, by_image.get(key, []))

@@ -8,7 +8,6 @@ from jaxtyping import Float
 from scipy.optimize import linear_sum_assignment
 
 from warehouse_sim.estimators.tracking.belief import Belief, Matrix6, Measurement, Vector6, difference, mahalanobis
-from warehouse_sim.estimators.tracking.settings import TrackConfig
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import SymmetryGroup, Transform, invert
 from warehouse_sim.schema import PoseEstimate
@@ -20,6 +19,19 @@ _SAME_PLACE = 0.4
 """Tracks of one model nearer than this (m) are rivals: two poses of one object, of which one is given."""
 _LEAST_SUPPORT = 1.0
 """Sum of the scores that a track needs to be given without a detection."""
+_GATE = 22.46
+"""Largest squared Mahalanobis distance between an estimate and its track: 99.9 % of chi-squared, six degrees."""
+_MAX_AGE = 3.0
+"""For so long (s) a track is given where nothing was detected but its object should be in the image."""
+# Errors that all estimates of a track have in common, which no number of images averages out: choices without a source.
+_COMMON_FRACTION = 0.3
+"""Of an estimate's covariance: a CAD model that differs from the object, boards that hide, a side never seen."""
+_COMMON_DEPTH, _COMMON_DEPTH_FRACTION = 0.003, 0.002
+"""Along the ray (m), and what it grows by as a fraction of the range."""
+_COMMON_SIDE = 0.002
+"""Across the ray (m): where the camera is said to be mounted."""
+_COMMON_TURN = np.deg2rad(0.1)
+"""Of how the camera is said to be turned (rad)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +68,12 @@ class Tracker:
 
     Args:
         symmetries: Of the objects by obj_id; those of others are taken for asymmetric.
-        config: Settings.
+        drift: What a second adds to the uncertainty of where an object is seen from (m at one second, growing with the
+            root of time); 0 for a vehicle that knows where it is.
     """
 
     symmetries: Mapping[int, SymmetryGroup]
-    config: TrackConfig = field(default_factory=TrackConfig)
+    drift: float = 0.0
     tracks: list[Track] = field(default_factory=list)
     now: float | None = None
     """Time of the last image (s)."""
@@ -80,9 +93,9 @@ class Tracker:
         passed = max(view.time - self.now, 0.0) if self.now is not None else 0.0
         self.now, self.count = view.time, self.count + 1
         for track in self.tracks:
-            track.belief = track.belief.after(self.config.drift**2 * passed)
+            track.belief = track.belief.after(self.drift**2 * passed)
         taken = [item for item in estimates if item.covariance is not None and not item.rejected]
-        seen = [in_world(item, view.T_world_camera, self.config) for item in taken]
+        seen = [in_world(item, view.T_world_camera) for item in taken]
         own = {id(item): track for item, track in zip(taken, self._associate(taken, seen), strict=True)}
         given, used = list[PoseEstimate](), list[Track]()
         for item in estimates:
@@ -104,7 +117,7 @@ class Tracker:
             for column, track in enumerate(before):
                 if track.last.obj_id == item.obj_id:
                     distance = self._nearest(track, item, measured)[1]
-                    cost[row, column] = distance if distance <= self.config.gating_threshold else _FAR
+                    cost[row, column] = distance if distance <= _GATE else _FAR
         pairs = dict(zip(*(part.tolist() for part in linear_sum_assignment(cost)), strict=True))
         found = []
         for row, (item, measured) in enumerate(zip(taken, seen, strict=True)):
@@ -149,7 +162,7 @@ class Tracker:
         """Return supported tracks of objects that should be in the image, but of which nothing was estimated there."""
         found = []
         for track in self.tracks:
-            recent = view.time - track.time <= self.config.max_age and track.support >= _LEAST_SUPPORT
+            recent = view.time - track.time <= _MAX_AGE and track.support >= _LEAST_SUPPORT
             if not recent or any(track is other or self._are_rivals(track, other) for other in used):
                 continue
             if in_sight(view, track.belief.T_world_object[:3, 3]) and self._best_rival(track) is track:
@@ -183,22 +196,21 @@ def in_sight(view: View, place: Float[np.ndarray, " 3"]) -> bool:
     return bool(low_x <= x / z <= high_x and low_y <= y / z <= high_y)
 
 
-def in_world(estimate: PoseEstimate, T_world_camera: Transform, config: TrackConfig) -> Measurement:
+def in_world(estimate: PoseEstimate, T_world_camera: Transform) -> Measurement:
     """Return the estimate as seen from the world.
 
     Args:
         estimate: With a covariance.
         T_world_camera: Where its camera was.
-        config: How much of its error is common to all estimates of a track.
     """
     assert estimate.covariance is not None
     axes = np.zeros((6, 6))
     axes[:3, :3] = axes[3:, 3:] = T_world_camera[:3, :3]
     covariance = np.asarray(estimate.covariance, dtype=float)
     place = estimate.T_camera_object[:3, 3]
-    common = np.hstack([np.sqrt(config.common_fraction) * _root(covariance), _of_camera(place, config)])
+    common = np.hstack([np.sqrt(_COMMON_FRACTION) * _root(covariance), _of_camera(place)])
     # A direction without any uncertainty would be a measurement that no other can correct.
-    own = (1.0 - config.common_fraction) * covariance + np.diag([1e-4] * 3 + [1e-4] * 3) ** 2
+    own = (1.0 - _COMMON_FRACTION) * covariance + np.diag([1e-4] * 3 + [1e-4] * 3) ** 2
     return Measurement(T_world_camera @ estimate.T_camera_object, axes @ own @ axes.T, axes @ common)
 
 
@@ -224,17 +236,16 @@ def _root(covariance: Matrix6) -> Matrix6:
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
-def _of_camera(place: Float[np.ndarray, " 3"], config: TrackConfig) -> Float[np.ndarray, "6 6"]:
+def _of_camera(place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "6 6"]:
     """Return what a camera's common errors do to the pose (camera axes) of something at a place (m) before it.
 
     Columns: an error of depth, two of where the camera is across its view, three of how it is turned.
     """
     reach = float(np.linalg.norm(place))
     effect = np.zeros((6, 6))
-    effect[:3, 0] = place / reach * (config.common_depth + config.common_depth_fraction * reach)
-    effect[0, 1] = effect[1, 2] = config.common_side
-    turn = np.deg2rad(config.common_turn_deg)
+    effect[:3, 0] = place / reach * (_COMMON_DEPTH + _COMMON_DEPTH_FRACTION * reach)
+    effect[0, 1] = effect[1, 2] = _COMMON_SIDE
     x, y, z = place
-    effect[:3, 3:] = turn * np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    effect[3:, 3:] = turn * np.eye(3)
+    effect[:3, 3:] = _COMMON_TURN * np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+    effect[3:, 3:] = _COMMON_TURN * np.eye(3)
     return effect

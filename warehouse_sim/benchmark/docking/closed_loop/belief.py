@@ -45,7 +45,7 @@ class Believed:
         if self.T_odom_object is not None and self.keeps_first:
             return
         if self._tracker is None:
-            self._tracker = Tracker({estimate.obj_id: self.symmetry}, DRIVE.track)
+            self._tracker = Tracker({estimate.obj_id: self.symmetry})
         self._drifts(view.T_world_camera[:3, 3])
         self._tracker.step(view, [estimate])
         # All estimates are of the one pallet that the truck was sent to: tracks anywhere are rivals.

@@ -3,9 +3,7 @@
 All numbers were set before the first measured run. Where no source is named, a number is an assumption.
 """
 
-from dataclasses import dataclass, field, replace
-
-from warehouse_sim.estimators.tracking.settings import TrackConfig
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -48,8 +46,6 @@ class Driving:
     """Longest approach (s)."""
     moved: tuple[float, float] = (0.010, 0.0087)
     """A new belief whose entry lies farther aside (m), or is turned by more (rad, half a degree), is a correction."""
-    track: TrackConfig = field(default_factory=TrackConfig)
-    """Filter in the odometry frame; what drift adds comes by the way driven, see ``belief.spread``."""
 
 
 DRIVE = Driving()

@@ -22,7 +22,7 @@ from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, without_mesh
 from warehouse_sim.estimators.predict import read_images, require_known
-from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.learning.settings import Progress
 
@@ -157,16 +157,15 @@ def measure(
     }
     shapes = {shape.obj_id: shape for shape in estimators[0].objects}
     found: list[list[tuple[float, float, int]]] = [[] for _ in estimators]
-    at_once = estimators[0].config.images_at_once
-    for start in range(0, len(images), at_once):
-        group = list(read_images(estimators[0], reader, images[start : start + at_once]))
+    for start in range(0, len(images), IMAGES_AT_ONCE):
+        group = list(read_images(estimators[0], reader, images[start : start + IMAGES_AT_ONCE]))
         for estimator, rows in zip(estimators, found, strict=True):
             for item in estimator.estimate_all(group):
                 shape, T_gt = shapes[item.obj_id], gt[item.scene_id, item.image_id, item.detection]
                 error = surface_distance(item.T_camera_object, T_gt, shape) / shape.diameter
                 rows.append((item.score, error, item.scene_id))
         if report:
-            report(min(1.0, (start + at_once) / len(images)))
+            report(min(1.0, (start + IMAGES_AT_ONCE) / len(images)))
     columns = [np.array(rows).reshape(-1, 3).T for rows in found]
     return [Samples(confidence, error, scene.astype(int)) for confidence, error, scene in columns]
 

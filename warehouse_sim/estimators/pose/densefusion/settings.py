@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Annotated, Any, Literal, TypeVar
 
 from warehouse_sim.estimators.api import LeastVisible
-from warehouse_sim.learning.settings import LoopConfig, StreamConfig
+from warehouse_sim.learning.settings import StreamedConfig
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 _MOST_SIDE_PX = 181
@@ -191,7 +191,7 @@ Phase = Literal["joint", "apart", "refiner"]
 
 @dataclass(frozen=True)
 @ranged
-class TrainConfig(LoopConfig):
+class TrainConfig(StreamedConfig):
     """How an estimator of the family is trained."""
 
     size: Size = "nano"
@@ -227,12 +227,9 @@ class TrainConfig(LoopConfig):
     """Threads that decode images, 1-1,024."""
     augment: AugmentConfig = field(default_factory=AugmentConfig)
     """How samples are disturbed."""
-    stream: StreamConfig = field(default_factory=StreamConfig)
-    """What is trained on in place of the train split, where a recipe is named."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.stream.require_one_process(self.devices)
         if self.phase != "joint" and self.refiner_iterations == 0:
             raise ValueError(f"phase {self.phase} trains the refiner: refiner_iterations must be 1 or more")
 

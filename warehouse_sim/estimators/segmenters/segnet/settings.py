@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
 from warehouse_sim.estimators.images.settings import Reads
-from warehouse_sim.learning.settings import LoopConfig, StreamConfig
+from warehouse_sim.learning.settings import StreamedConfig
 from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
@@ -57,7 +57,7 @@ class BoxAugmentConfig:
 
 @dataclass(frozen=True)
 @ranged
-class SegmenterConfig(LoopConfig):
+class SegmenterConfig(StreamedConfig):
     """How a segmenter is trained."""
 
     learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
@@ -82,12 +82,6 @@ class SegmenterConfig(LoopConfig):
     """How crops are disturbed."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
-    stream: StreamConfig = field(default_factory=StreamConfig)
-    """What is trained on in place of the train split, where a recipe is named."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.stream.require_one_process(self.devices)
 
 
 @dataclass(frozen=True)
