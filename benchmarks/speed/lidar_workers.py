@@ -17,7 +17,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import SceneSpec
 from warehouse_sim.sensors.lidar import LidarConfig, scan
 from warehouse_sim.sensors.lidar.finishes import finishes_of
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.lidar.receiver import LidarUnit
 
 WORKERS = 2
 ROUNDS = 8

@@ -14,13 +14,14 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture, Motion
+from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.rgbd.color import COLOR_PRESETS, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import MODELS, PRESETS
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS
 from warehouse_sim.sensors.stereo import SgbmConfig, StereoConfig, T_camera_right, match_sgbm, read_stereo
 from warehouse_sim.sensors.surfaces import see_surfaces
+from warehouse_sim.sensors.view import Capture
 
 MOTION = Motion(np.array([0.0, 0.0, 2.0]), np.array([0.0, 0.3, 0.0]))
 """2 m/s ahead, turning by 17 degrees a second."""

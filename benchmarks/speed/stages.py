@@ -21,8 +21,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.raster.backend import ImageTargets, RasterRenderer
 from warehouse_sim.schema import RenderBuffers
+from warehouse_sim.sensors import rgbd
 from warehouse_sim.sensors.lidar import read as lidar
-from warehouse_sim.sensors.rgbd import read as rgbd
 
 SCENE, DRAW, READ_BACK, ENCODE, DISK = "sample, settle and light", "draw", "read-back", "encode", "disk"
 WRITE = "masks, tables, points"

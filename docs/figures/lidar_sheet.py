@@ -19,9 +19,8 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material, ObjectInstance, ObjectModel, Part, SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 from warehouse_sim.sensors.lidar.finishes import finishes_of
-from warehouse_sim.sensors.lidar.receiver import detection_probability, range_sigma, relative_power
+from warehouse_sim.sensors.lidar.receiver import LidarUnit, detection_probability, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
-from warehouse_sim.sensors.lidar.unit import LidarUnit
 
 FOLDER = Path(__file__).parents[1] / "images" / "sensors"
 DISTANCES = (3.0, 7.0, 15.0, 25.0)

@@ -15,7 +15,7 @@ from docs.figures.sensor_sigma import draw_sigma
 from docs.figures.sensor_views import CAMERA, View, scene_before_pallet, see
 from warehouse_sim.dataset.viewing.overlay import draw_caption
 from warehouse_sim.render import open_renderer
-from warehouse_sim.sensors.capture import Motion
+from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd.color import COLOR_PRESETS, IDEAL_COLOR, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 

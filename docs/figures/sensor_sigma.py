@@ -7,12 +7,12 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth import PRESETS, DepthModel
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
-from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import axial_sigma
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.structured_light import axial_sigma
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 from warehouse_sim.sensors.surfaces import Surfaces
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(640, 240, 500.0)
 MIDDLE = np.s_[:, 305:335]

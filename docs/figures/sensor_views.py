@@ -12,8 +12,9 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import RenderBuffers, SceneSpec, Viewpoint
-from warehouse_sim.sensors.capture import Capture, camera_motion
+from warehouse_sim.sensors.motion import camera_motion
 from warehouse_sim.sensors.surfaces import see_surfaces
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(640, 360, 424.0)
 

@@ -17,7 +17,7 @@ from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import ChannelReading, Observation, SceneSpec
 from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR
-from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth
+from warehouse_sim.sensors.rgbd.depth.model import IdealDepth
 from warehouse_sim.sensors.rig import CameraConfig, FurtherSensor, Mount, RigConfig, SensorChoice
 from warehouse_sim.sensors.stereo import StereoCamera, StereoConfig
 from warehouse_sim.sensors.view import SensorView

@@ -23,7 +23,7 @@ from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.renderer import render_without_color
 from warehouse_sim.schema import Observation, SceneSpec
-from warehouse_sim.sensors.rgbd import read as rgbd
+from warehouse_sim.sensors import rgbd
 from warehouse_sim.sensors.rig import RigConfig
 
 pytestmark = pytest.mark.gl

@@ -67,8 +67,8 @@ def one_sided(angle: np.ndarray, turned: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("turn", [0.5, -1.3])
-def test_the_image_brightens_where_the_half_plane_0_points(turn: float) -> None:
+def test_the_image_brightens_where_the_half_plane_0_points() -> None:
+    turn = -1.3
     along = (float(np.cos(turn)), float(np.sin(turn)), 0.0)
     light = replace(LAMP, distribution=distribution(one_sided), along=along)
     scene = scene_of(light)

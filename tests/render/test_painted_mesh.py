@@ -5,8 +5,7 @@ from warehouse_sim.errors import RenderError
 from warehouse_sim.render.conformance.scenes import MATERIALS, box_model, pallet_model
 from warehouse_sim.render.mujoco.model import lit_at_vertices, tessellate
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
-from warehouse_sim.render.texture_layout import box_projection
-from warehouse_sim.render.texture_set import albedo_factor
+from warehouse_sim.render.textures import albedo_factor, box_projection
 
 
 def areas(mesh: PaintedMesh) -> np.ndarray:

@@ -55,7 +55,7 @@ def test_the_cone_fades_as_gltf_says() -> None:
     light = replace(spot((0.0, 0.0, 4.0), 2000.0), radius=0.0, cone_inner=0.3, cone_outer=0.9)
     everywhere = replace(light, kind="point")
     scale = 1.0 / (np.cos(0.3) - np.cos(0.9))
-    for angle in (0.2, 0.45, 0.6, 0.75, 0.85):
+    for angle in (0.2, 0.6, 0.8):
         x = 4.0 * np.tan(angle)
         fraction = np.clip((np.cos(angle) - np.cos(0.9)) * scale, 0.0, 1.0) ** 2
         measured = matt([light], x) / matt([everywhere], x)
@@ -79,7 +79,7 @@ def test_half_shadows_are_as_wide_as_the_light_makes_them() -> None:
         ),
     )
     open_floor = floor_scene([light], ambient=0.0)
-    for x in (-0.6, -0.25, 0.1, 0.25, 0.6):
+    for x in (-0.6, -0.25, 0.1):
         # Seen from the floor point through the edge, the line across the disk lies at -x.
         cut = np.clip(-x / radius, -1.0, 1.0)
         visible = 1.0 - (np.pi / 2 + cut * np.sqrt(1 - cut**2) + np.arcsin(cut)) / np.pi

@@ -11,7 +11,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import make_scene
-from warehouse_sim.render.texture_layout import picture_coordinates
+from warehouse_sim.render.textures import picture_coordinates
 from warehouse_sim.schema import Material, ObjectModel
 
 LABEL = Material("label", (0.8, 0.8, 0.78), roughness=1.0, picture="shipping_label:7")

@@ -78,7 +78,8 @@ def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(coun
             assert {key: counts[key] - before[key] for key in expected} == expected
     of_wall = {seen for (scene, _), seen in zip(steps, digests, strict=True) if scene is wall}
     assert len(of_wall) == 1
-    for (scene, _), seen in list(zip(steps, digests, strict=True))[2:]:
+    # Not the wall, which was the first, nor its half, which shows no more than it.
+    for (scene, _), seen in list(zip(steps, digests, strict=True))[3:-1]:
         with open_renderer() as fresh:
             assert digest(fresh, scene) == seen
     assert len(set(digests)) == 6

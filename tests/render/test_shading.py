@@ -11,7 +11,7 @@ import pytest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, rotation_z
-from warehouse_sim.render import Renderer, texture_set
+from warehouse_sim.render import Renderer, textures
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.schema import Light, Material, SceneSpec
 
@@ -153,7 +153,7 @@ def test_emission_needs_no_light_and_obeys_exposure(renderer: Renderer) -> None:
 
 @pytest.fixture
 def own_textures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(texture_set, "texture_folder", lambda name: tmp_path / name)
+    monkeypatch.setattr(textures, "texture_folder", lambda name: tmp_path / name)
     return tmp_path
 
 

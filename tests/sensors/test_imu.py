@@ -10,8 +10,8 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_z
 from warehouse_sim.schema import ChannelReading, SceneSpec, Viewpoint
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.imu import Imu, specific_force
+from warehouse_sim.sensors.motion import EgoMotion
 from warehouse_sim.sensors.rig import RigConfig
 
 G = 9.80665

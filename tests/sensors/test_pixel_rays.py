@@ -7,8 +7,8 @@ from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.render.conformance.scenes import rack_wall
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.sensors.rgbd.color.camera import vignetting_factor
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import cosine_of_view
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow
+from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import cosine_of_view
 from warehouse_sim.sensors.surfaces import camera_rays, facing_cosine, see_surfaces
 
 LENS = replace(CAMERA, distortion=Distortion(k1=-0.3, k2=0.1, p1=0.002, p2=-0.001))

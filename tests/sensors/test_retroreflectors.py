@@ -7,10 +7,10 @@ import pytest
 
 from tests.sensors.targets import capture_of, plane, with_constants
 from warehouse_sim.schema.things import RETROREFLECTIVE
-from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.reflections import returned_by_retroreflectors
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.rgbd.depth.model import DepthModel
+from warehouse_sim.sensors.surfaces import returned_by_retroreflectors
+from warehouse_sim.sensors.view import Capture
 
 BAND = slice(100, 130)
 """Columns of the band; it is as wide as one of 50 mm at 1 m."""

@@ -16,8 +16,7 @@ from jaxtyping import Float, UInt8
 
 from warehouse_sim.color import srgb_from_linear
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.texture_layout import picture_albedo
-from warehouse_sim.render.texture_set import NO_CHANGE, albedo_factor
+from warehouse_sim.render.textures import NO_CHANGE, albedo_factor, picture_albedo
 from warehouse_sim.resources import texture_folder
 from warehouse_sim.schema import Material
 

@@ -11,7 +11,7 @@ from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.render.texture_layout import box_projection, edge_order, picture_coordinates, texture_shift
+from warehouse_sim.render.textures import box_projection, edge_order, picture_coordinates, texture_shift
 from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
 
 

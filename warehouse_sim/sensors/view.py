@@ -1,7 +1,7 @@
 """What a sensor is, and what it may ask of the moment at which it reads."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Protocol
 
@@ -13,10 +13,23 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.render.renderer import Renderer, render_without_color
 from warehouse_sim.scene.lighting.exposure import ev_of_exposure
 from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
-from warehouse_sim.sensors.capture import Motion, camera_motion
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.film import FilmImage, FilmSight, see_film
+from warehouse_sim.sensors.motion import EgoMotion, Motion, camera_motion
 from warehouse_sim.sensors.surfaces import Surfaces, see_surfaces
+
+
+@dataclass(frozen=True, eq=False)
+class Capture:
+    """One image of a camera."""
+
+    camera: PinholeCamera
+    exposure_ev: float | None = None
+    """Exposure value at ISO 100 that the image was rendered for; None = enough light for the least gain."""
+    motion: Motion = field(default_factory=Motion)
+    surfaces: Surfaces | None = None
+    """Materials of the pixels, for depth models that need them."""
+    film: FilmImage | None = None
+    """Stretch film before the pixels, for depth models that see it; None = none in view."""
 
 
 class CleanImages:

@@ -11,7 +11,7 @@ from warehouse_sim.catalog.textures import TEXTURES, paint, stretch
 from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, normals
 from warehouse_sim.catalog.textures.used import LARGE
 from warehouse_sim.catalog.textures.worn import WIDE
-from warehouse_sim.render.texture_set import TextureImages, read_texture_set
+from warehouse_sim.render.textures import TextureImages, read_texture_set
 
 QUICKLY_PAINTED = ("wood", "brushed", "plastic_worn", "blockwork", "enamel")
 """Of each module of painters; all are compared by the slow test."""

@@ -8,12 +8,11 @@ from warehouse_sim.dataset.formats.kitti.checks.lidar_law import SIGMAS, LidarLa
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS
 from warehouse_sim.sensors.lidar.finishes import BrightnessConfig
-from warehouse_sim.sensors.lidar.receiver import intensity, intensity_factor, range_sigma, relative_power
+from warehouse_sim.sensors.lidar.receiver import LidarUnit, intensity, intensity_factor, range_sigma, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.motion import EgoMotion
 
 
 def law_of(name: str, **more) -> LidarLaw:

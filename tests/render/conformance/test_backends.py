@@ -11,7 +11,7 @@ from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render import Renderer
-from warehouse_sim.render.conformance import CHECKS, Subject, registration
+from warehouse_sim.render.conformance import CHECKS, Subject, channels
 from warehouse_sim.render.conformance.channels import check_view
 from warehouse_sim.render.conformance.subject import HALF, View
 from warehouse_sim.schema import RenderBuffers, SceneSpec
@@ -66,6 +66,6 @@ class Shifted:
 def test_what_does_not_conform_is_said(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, channel: str, name: str, message: str
 ) -> None:
-    monkeypatch.setattr(registration, "_PLACEMENTS", 6)  # half a pixel shows in a few
+    monkeypatch.setattr(channels, "_PLACEMENTS", 6)  # half a pixel shows in a few
     with pytest.raises(RenderError, match=message):
         CHECKS[name](Subject("raster", Shifted(renderer, channel)))  # type: ignore[arg-type]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.schema import Material
-from warehouse_sim.sensors.film.optics import FilmOptics, layers_and_dye, pile_reflectance
-from warehouse_sim.sensors.film.sight import _slopes, wrinkled
+from warehouse_sim.sensors.film.sight import FilmOptics, _slopes, layers_and_dye, pile_reflectance, wrinkled
 
 ONE = Material("film", (0.8, 0.8, 0.8), roughness=0.12, remission=0.15, opacity=0.13)
 

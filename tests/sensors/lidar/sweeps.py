@@ -18,7 +18,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 from warehouse_sim.sensors.lidar.finishes import finishes_of
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.lidar.receiver import LidarUnit
 
 HALLS = (4.5, 30.0)
 """Half the edges of the halls (m); also an indoor scanner of 10 m reaches the corners of the first."""

@@ -11,7 +11,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material, SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 from warehouse_sim.sensors.lidar.finishes import BrightnessConfig, finishes_of
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.lidar.receiver import LidarUnit
 
 QUIET = replace(LidarConfig().ideal(), azimuth_range_deg=(-30.0, 30.0))
 

@@ -11,7 +11,7 @@ from warehouse_sim.render.conformance.scenes import at, box_model
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, SceneSpec
 from warehouse_sim.sensors.film import FilmSight
-from warehouse_sim.sensors.film.optics import pile_reflectance
+from warehouse_sim.sensors.film.sight import pile_reflectance
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
 
 QUIET = replace(LidarConfig().ideal(), film=True, divergence_mrad=(2.0, 2.0), azimuth_range_deg=(-40.0, 40.0))

@@ -8,11 +8,11 @@ from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.lidar import LidarConfig, scan
 from warehouse_sim.sensors.lidar.lasers import LASERS
 from warehouse_sim.sensors.lidar.receiver import detection_probability, relative_power
 from warehouse_sim.sensors.lidar.sweep import make_sweep
+from warehouse_sim.sensors.motion import EgoMotion
 
 QUIET = LidarConfig().ideal()
 POSE = at(0, 0, 1.73)

@@ -12,8 +12,7 @@ from warehouse_sim.catalog.materials import materials
 from warehouse_sim.interchange.mjcf.xml import add
 from warehouse_sim.interchange.surfaces import SurfaceImage, encode_png, render_surface_image, surface_of
 from warehouse_sim.output import write_bytes
-from warehouse_sim.render.mujoco.appearance import Level, add_material
-from warehouse_sim.render.mujoco.model import lit_at_vertices
+from warehouse_sim.render.mujoco.model import Level, add_material, lit_at_vertices
 from warehouse_sim.render.painted_mesh import PaintedMesh
 from warehouse_sim.schema import Material, SceneSpec
 

@@ -10,8 +10,7 @@ from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.interchange.mjcf.xml import add, frame
 from warehouse_sim.interchange.rig_cameras import RigCamera
 from warehouse_sim.render.light_selection import reference_points, strongest_lights
-from warehouse_sim.render.mujoco.appearance import Level, add_background, add_light, measure_level
-from warehouse_sim.render.mujoco.model import MAX_LIGHTS
+from warehouse_sim.render.mujoco.model import MAX_LIGHTS, Level, add_background, add_light, measure_level
 from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, SceneSpec
 

@@ -14,7 +14,7 @@ from warehouse_sim.errors import DatasetError
 from warehouse_sim.interchange.usd.bindings import bindings
 from warehouse_sim.interchange.usd.record import Record, keep
 from warehouse_sim.interchange.usd.textures import Textures
-from warehouse_sim.render.texture_set import NO_CHANGE
+from warehouse_sim.render.textures import NO_CHANGE
 from warehouse_sim.schema import Material
 
 _FACTOR = 255.0 / NO_CHANGE

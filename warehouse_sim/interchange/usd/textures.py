@@ -10,8 +10,7 @@ from warehouse_sim.color import srgb_from_linear
 from warehouse_sim.errors import RenderError
 from warehouse_sim.interchange.usd.bindings import bindings
 from warehouse_sim.output import make_folder, write_bytes
-from warehouse_sim.render.texture_layout import picture_albedo
-from warehouse_sim.render.texture_set import albedo_factor
+from warehouse_sim.render.textures import albedo_factor, picture_albedo
 from warehouse_sim.resources import texture_folder
 from warehouse_sim.schema import Material
 

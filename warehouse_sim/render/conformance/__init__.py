@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 from warehouse_sim.render.conformance import channels, products
-from warehouse_sim.render.conformance.registration import check_registration
+from warehouse_sim.render.conformance.channels import check_registration
 from warehouse_sim.render.conformance.subject import VIEWS, Subject, view
 from warehouse_sim.render.renderer import Renderer
 

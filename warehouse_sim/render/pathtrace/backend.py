@@ -12,10 +12,9 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.display import to_display
-from warehouse_sim.render.pathtrace.amodal_masks import cast_amodal_mask
 from warehouse_sim.render.pathtrace.denoiser import Denoiser, cast_features
 from warehouse_sim.render.pathtrace.integrator import trace_image
-from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene
+from warehouse_sim.render.pathtrace.loaded_scene import LoadedScene, cast_amodal_mask
 from warehouse_sim.render.pathtrace.variant import use_cuda_variant, use_llvm_variant
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import ObjectInstance, RenderBuffers, SceneChange, SceneSpec

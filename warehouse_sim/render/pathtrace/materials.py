@@ -13,8 +13,7 @@ import mitsuba as mi
 import numpy as np
 from jaxtyping import Float32
 
-from warehouse_sim.render.texture_layout import picture_albedo
-from warehouse_sim.render.texture_set import NO_CHANGE, read_texture_set
+from warehouse_sim.render.textures import NO_CHANGE, picture_albedo, read_texture_set
 from warehouse_sim.schema import Material
 
 _ALBEDO_PX = 512

@@ -14,8 +14,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.display import to_display
 from warehouse_sim.render.light_selection import GROUND, even_illuminance
 from warehouse_sim.render.pyrender.device import import_pyrender
-from warehouse_sim.render.texture_layout import picture_albedo
-from warehouse_sim.render.texture_set import NO_CHANGE, albedo_factor
+from warehouse_sim.render.textures import NO_CHANGE, albedo_factor, picture_albedo
 from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, Material, SceneSpec
 

@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Int
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
+from warehouse_sim.render.raster.context import assign, source
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, choose_levels
 from warehouse_sim.render.raster.meshes.parts import PartTable
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import (
     NEAR,
     WINDOW_PX,
@@ -69,7 +68,6 @@ class AmodalMaskAtlas:
             vertex_shader=source("place.glsl", "amodal_mask.vert"), fragment_shader=source("amodal_mask.frag")
         )
         assign(self._program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), cells=0)
-        self._texture: moderngl.Texture | None = None
         self._target: moderngl.Framebuffer | None = None
 
     def draw(
@@ -101,13 +99,6 @@ class AmodalMaskAtlas:
                 band = image[cell.row : cell.row + cell.height, cell.column : cell.column + cell.width]
                 result[number] = AmodalMask.of(band > 0, cell.left, cell.top)
         return result
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self._program.release()
-        if self._target is not None and self._texture is not None:
-            self._target.release()
-            self._texture.release()
 
     def _draw_page(
         self,
@@ -143,7 +134,6 @@ class AmodalMaskAtlas:
         target.scissor = None  # type: ignore[assignment]  # moderngl's stub knows rectangles only
         image = np.empty((height, width), np.uint8)
         target.read_into(image, viewport=(0, 0, width, height), components=1, alignment=1)
-        rectangles.release()
         return image
 
     def _draw_rows(
@@ -170,13 +160,8 @@ class AmodalMaskAtlas:
         width, height = (max(1 << (3 * edge - 1).bit_length(), 1024) for edge in (camera.width, camera.height))
         size = (width, height)
         if self._target is None or self._target.size != size:
-            before = self._target, self._texture
-            self._texture = self._context.texture(size, 1, alignment=1)
-            self._target = self._context.framebuffer([self._texture])
-            self._target.use()  # so that none is bound when it is released
-            for item in before:
-                if item is not None:
-                    item.release()
+            self._target = self._context.framebuffer([self._context.texture(size, 1, alignment=1)])
+            self._target.use()  # so that none is bound when it is freed
         return self._target
 
 

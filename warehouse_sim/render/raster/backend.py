@@ -25,7 +25,7 @@ from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer, GeometryPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
 from warehouse_sim.render.raster.projection import MAX_IMAGE_PX, NEAR, window_viewport
-from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
+from warehouse_sim.render.raster.surfaces import PictureLibrary, TextureLibrary
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, ClosingRenderer, loaded, require_view, still_open
 from warehouse_sim.schema import NO_COLOR, ObjectInstance, RenderBuffers, SceneSpec
 
@@ -57,11 +57,6 @@ class ImageTargets:
             instance_mask=instance_mask,
             normals=self._read_normals() if normals else None,
         )
-
-    def release(self) -> None:
-        """Free the device memory."""
-        for item in (self.film, self.geometry, self.color, self.normals, self._color_texture, self._normal_texture):
-            item.release()
 
     def _read_color(self, stored: np.ndarray) -> np.ndarray:
         width, height = self.size
@@ -129,8 +124,8 @@ class RasterRenderer(ClosingRenderer):
             self._scene = LoadedScene(
                 context, scene, self._shadows, self._textures, self._pictures, self._meshes, before
             )
-            if before is not None:
-                before.release(self._scene)
+            del before
+            context.gc()
 
     def render(
         self, camera: PinholeCamera, T_world_camera: Transform, normals: bool = False, color: bool = True
@@ -162,36 +157,20 @@ class RasterRenderer(ClosingRenderer):
     ) -> list[AmodalMask]:
         """Draw each of ``instances`` of the loaded scene as if it stood alone."""
         require_view(camera, T_world_camera)
-        with still_open(self._context):
+        with still_open(self._context) as context:
             scene = loaded(self._scene)
             rows, owner = scene.objects.rows_of([instance.instance_id for instance in instances])
             solid = ~scene.table.film[rows]
             table, owner = scene.table.subset(rows[solid]), owner[solid]
             records = placed_records(table, T_world_camera)
-            return self._amodal_masks.draw(camera, table, records, scene.batches, owner, len(instances))
+            masks = self._amodal_masks.draw(camera, table, records, scene.batches, owner, len(instances))
+            context.gc()
+            return masks
 
     def close(self) -> None:
         """Give back the context and all device memory."""
         if self._context is None:
             return
-        with self._context:
-            if self._scene is not None:
-                self._scene.release()
-            if self._targets is not None:
-                self._targets.release()
-            parts = (
-                self._geometry,
-                self._shading,
-                self._film,
-                self._block,
-                self._textures,
-                self._pictures,
-                self._meshes,
-                self._shadows,
-                self._amodal_masks,
-            )
-            for item in parts:
-                item.release()
         self._context.release()
         self._context = self._scene = self._targets = None
 
@@ -202,9 +181,7 @@ class RasterRenderer(ClosingRenderer):
                 f"an image of {size[0]} x {size[1]} is too large; the raster backend renders {MAX_IMAGE_PX} px"
             )
         if self._targets is None or self._targets.size != size:
-            before, self._targets = self._targets, ImageTargets(context, size)
-            # A framebuffer must not be bound when it is released: making the next one would bind it again.
-            self._targets.color.use()
-            if before is not None:
-                before.release()
+            self._targets = ImageTargets(context, size)
+            self._targets.color.use()  # a bound framebuffer must not be freed: making the next one would bind it again
+            context.gc()
         return self._targets

@@ -1,7 +1,8 @@
-"""Open an OpenGL context without a display, or say which library is missing."""
+"""OpenGL beyond moderngl: a context without a display, what it does not wrap, and programs from the shader files."""
 
 import ctypes
 import logging
+from importlib.resources import files
 from typing import Any, Literal
 
 import moderngl
@@ -42,6 +43,7 @@ def open_context(device: int = 0) -> moderngl.Context:
         ) from error
     # NDC depth must be 0 to 1: the default -1 to 1 wastes the precision that a float has near zero.
     _function("glClipControl", ctypes.c_uint, ctypes.c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
+    context.gc_mode = "context_gc"  # what nobody holds any more is freed by ``context.gc()``
     _logger.info("OpenGL renderer: %s", describe(context))
     return context
 
@@ -87,3 +89,39 @@ def _function(name: str, *argument_types: type) -> ctypes._CFuncPtr:
     load = ctypes.CDLL(EGL_LIBRARY).eglGetProcAddress
     load.restype, load.argtypes = ctypes.c_void_p, (ctypes.c_char_p,)
     return ctypes.CFUNCTYPE(None, *argument_types)(load(name.encode()))
+
+
+_GLSL = "#version 450 core\n"
+
+
+def source(*names: str, **constants: object) -> str:
+    """Return the named shader files joined, with ``constants`` as GLSL definitions on top."""
+    folder = files(__package__) / "shaders"
+    lines = [f"#define {name} {value}\n" for name, value in constants.items()]
+    return "".join([_GLSL, *lines, *((folder / name).read_text(encoding="utf-8") for name in names)])
+
+
+def assign(program: moderngl.Program, **values: object) -> None:
+    """Set uniforms of ``program``; those that the compiler removed are passed over."""
+    for name, value in values.items():
+        if name in program:
+            program[name] = value
+
+
+class FullScreen:
+    """A program that runs a fragment shader once for each pixel of a target."""
+
+    def __init__(self, context: moderngl.Context, *fragment: str, **constants: object) -> None:
+        self._context = context
+        self.program = context.program(source("fullscreen.vert"), fragment_shader=source(*fragment, **constants))
+        self._array = context.vertex_array(self.program, [])
+
+    def assign(self, **values: object) -> None:
+        """Set uniforms; those that the compiler removed are passed over."""
+        assign(self.program, **values)
+
+    def draw(self, target: moderngl.Framebuffer) -> None:
+        """Fill ``target``."""
+        target.use()
+        self._context.enable_only(moderngl.NOTHING)
+        self._array.render(moderngl.TRIANGLES, vertices=3)

@@ -9,15 +9,19 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
-from warehouse_sim.render.raster.light.light_textures import DistributionTexture, FieldTexture, distributions_of
-from warehouse_sim.render.raster.light.lighting import MAX_LIGHTS, Lighting, ShadedLight
+from warehouse_sim.render.raster.light.lighting import (
+    MAX_LIGHTS,
+    DistributionTexture,
+    FieldTexture,
+    Lighting,
+    ShadedLight,
+    distributions_of,
+)
 from warehouse_sim.render.raster.light.shadows import MAX_SHADOWS, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary
-from warehouse_sim.render.raster.meshes.object_index import ObjectIndex
-from warehouse_sim.render.raster.meshes.parts import build_part_table
+from warehouse_sim.render.raster.meshes.parts import ObjectIndex, build_part_table
 from warehouse_sim.render.raster.meshes.ribs import ribbed_materials
-from warehouse_sim.render.raster.surfaces.materials import MaterialTable
-from warehouse_sim.render.raster.surfaces.textures import PictureLibrary, TextureLibrary
+from warehouse_sim.render.raster.surfaces import MaterialTable, PictureLibrary, TextureLibrary
 from warehouse_sim.schema import Light, SceneChange, SceneSpec
 
 _BESIDE = 3.0
@@ -121,15 +125,6 @@ class LoadedScene:
 
     def _layer(self, light: Light) -> int | None:
         return None if self._distributions is None else self._distributions.layer(light)
-
-    def release(self, after: "LoadedScene | None" = None) -> None:
-        """Free the device memory, but for what ``after`` goes on using; meshes stay in their library."""
-        if after is None or after.materials is not self.materials:
-            self.materials.release()
-        if self._field is not None and (after is None or after._field is not self._field):
-            self._field.release()
-        if self._distributions is not None:
-            self._distributions.release()
 
 
 def _beside(lights: Sequence[Light], T_world_camera: Transform) -> bool:

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float32, Int, Int32
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.config import from_mapping
 from warehouse_sim.ranges import Range, ranged
-from warehouse_sim.render.texture_set import NO_CHANGE, albedo_factor
+from warehouse_sim.render.textures import NO_CHANGE, albedo_factor
 from warehouse_sim.schema import Material, SceneSpec
 
 

@@ -10,13 +10,13 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.render.raycaster import RayCaster, RayHits
 from warehouse_sim.scene.streams import scene_rng
 from warehouse_sim.schema import LidarScan
-from warehouse_sim.sensors.ego_motion import EgoMotion
 from warehouse_sim.sensors.film import FilmSight
 from warehouse_sim.sensors.lidar.config import LidarConfig
 from warehouse_sim.sensors.lidar.echo import Echoes
 from warehouse_sim.sensors.lidar.finishes import Finishes, finishes_of
 from warehouse_sim.sensors.lidar.footprint import see_sweep
 from warehouse_sim.sensors.lidar.receiver import (
+    LidarUnit,
     add_bloom,
     detected,
     intensity,
@@ -26,7 +26,7 @@ from warehouse_sim.sensors.lidar.receiver import (
     relative_power,
 )
 from warehouse_sim.sensors.lidar.sweep import Sweep, columns, make_sweep
-from warehouse_sim.sensors.lidar.unit import LidarUnit
+from warehouse_sim.sensors.motion import EgoMotion
 from warehouse_sim.sensors.view import SensorView
 
 

@@ -4,8 +4,7 @@ from warehouse_sim.sensors.rig.calibration import CalibrationConfig, Calibration
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig, camera_settings, depth_of
 from warehouse_sim.sensors.rig.camera_file import read_camera_file
 from warehouse_sim.sensors.rig.config import RigConfig
-from warehouse_sim.sensors.rig.mount import Mount
-from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
+from warehouse_sim.sensors.rig.mount import FurtherSensor, Mount, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import SensorChoice, rig_names
 
 __all__ = [

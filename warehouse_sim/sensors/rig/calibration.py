@@ -11,7 +11,7 @@ from warehouse_sim.geometry.lens import lens_of
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import CAMERA, IMU, RIGHT, NominalCalibration, Observation, Viewpoint
-from warehouse_sim.sensors.ego_motion import EgoMotion
+from warehouse_sim.sensors.motion import EgoMotion
 
 Stream = Callable[[str], np.random.Generator]
 """Returns the random stream of that name of a scene."""

@@ -19,8 +19,7 @@ from warehouse_sim.sensors.rgbd import RgbdConfig
 from warehouse_sim.sensors.rgbd.depth.models import PRESETS as DEPTH_PRESETS
 from warehouse_sim.sensors.rig.calibration import CalibrationConfig
 from warehouse_sim.sensors.rig.camera import CAMERA_PRESETS, CameraConfig
-from warehouse_sim.sensors.rig.mount import Mount
-from warehouse_sim.sensors.rig.mounted import FurtherSensor, MountedLidar, MountedSensor
+from warehouse_sim.sensors.rig.mount import FurtherSensor, Mount, MountedLidar, MountedSensor
 from warehouse_sim.sensors.rig.shipped import SensorChoice, rendered_choice, rig_settings
 from warehouse_sim.sensors.stereo import StereoConfig
 

@@ -7,9 +7,10 @@ from tests.sensors.targets import capture_of, plane
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.sensors.capture import Capture, Motion
+from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
 from warehouse_sim.sensors.rgbd.color.pixels import linear_light
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(320, 240, 160.0)
 GREY = plane(2.0, camera=CAMERA, code=118)

@@ -7,7 +7,7 @@ import pytest
 from tests.sensors.targets import plane
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.sensors.capture import Motion
+from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd.color.optics import blur_by_motion, image_flow
 
 CAMERA = PinholeCamera.from_focal(120, 90, 100.0)

@@ -4,10 +4,9 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.reflections import Reflected
 from warehouse_sim.sensors.rgbd.depth import DepthModel
-from warehouse_sim.sensors.surfaces import Surfaces
+from warehouse_sim.sensors.surfaces import Reflected, Surfaces
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(640, 240, 500.0)
 MIDDLE = np.s_[:, 305:335]

@@ -9,8 +9,8 @@ import pytest
 from tests.sensors.targets import capture_of, plane, step, with_constants
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.view import Capture
 
 CAMERA = PinholeCamera.from_focal(848, 240, 424.0)
 CAPTURE = capture_of(CAMERA)

@@ -9,7 +9,7 @@ from benchmarks.result import RESULTS
 from tests.sensors.rgbd.depth.curves import CURVES, Curve
 from tests.sensors.rgbd.depth.planes import MATERIALS, sigma_and_fill
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.quadratic import QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth.model import QuadraticDepth
 
 STORED = {row["value"] for row in json.loads((RESULTS / "depth_models.json").read_text())["rows"] if "kind" in row}
 """The worst residual of each curve, as docs/sensors.md tells it."""

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.sensors.targets import CAMERA, capture_of, plane, with_constants
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.rgbd.depth import PRESETS, DepthModel
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.view import Capture
 
 WALL = plane(1.5)
 

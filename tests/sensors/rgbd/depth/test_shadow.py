@@ -1,6 +1,6 @@
 import numpy as np
 
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow
+from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow
 
 
 def test_a_thin_pole_hides_only_what_is_behind_it_in_the_second_image() -> None:

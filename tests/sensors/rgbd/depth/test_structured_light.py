@@ -5,7 +5,7 @@ import pytest
 
 from tests.sensors.targets import capture_of, corner, plane, step, with_constants
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight
+from warehouse_sim.sensors.rgbd.depth.structured_light import StructuredLight
 
 KINECT = StructuredLight(min_range=0.4, max_range=5.0)
 CAPTURE = capture_of()

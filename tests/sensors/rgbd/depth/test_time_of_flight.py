@@ -7,10 +7,10 @@ import pytest
 
 from tests.sensors.targets import CAMERA, capture_of, corner, plane, step, with_constants
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.flight.multipath import multipath_bias
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.multipath import multipath_bias
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.view import Capture
 
 FLEXX2 = TimeOfFlight(multipath=0.0)
 STILL = TimeOfFlight(noise_scale=0.0, multipath=0.0, sigma_lateral_px=0.4)

@@ -7,10 +7,10 @@ import pytest
 
 from tests.sensors.targets import CAMERA, capture_of, plane, step
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
-from warehouse_sim.sensors.reflections import Reflected
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.surfaces import Reflected
+from warehouse_sim.sensors.view import Capture
 
 PRESET = PRESETS["tof_industrial"]
 assert isinstance(PRESET, TimeOfFlight)

@@ -11,12 +11,10 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, make_transform
 from warehouse_sim.render.light_selection import WIDE_TO
-from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
+from warehouse_sim.render.raster.context import FullScreen, clear_to_zero, float_depth_texture, source
 from warehouse_sim.render.raster.light.shadow_shapes import shadow_shape, thinned_sheets
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary
-from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels, only_level
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, MeshLibrary, choose_levels, only_level
 from warehouse_sim.render.raster.meshes.parts import PartTable, placed_records
-from warehouse_sim.render.raster.programs import FullScreen, source
 from warehouse_sim.render.raster.projection import projected_bounds
 from warehouse_sim.schema import Light
 
@@ -98,19 +96,6 @@ class ShadowAtlas:
         self._find_blockers.assign(shadow_atlas=0)
         self._find_blockers.draw(self._blocker_target)
         return tiles
-
-    def release(self) -> None:
-        """Free the device memory."""
-        for item in (
-            self._target,
-            self.depth,
-            self._program,
-            self._shapes,
-            self._blocker_target,
-            self.blockers,
-            self._find_blockers,
-        ):
-            item.release()
 
     def _with_shapes(self, table: PartTable, casters: np.ndarray, batches: Sequence[MeshBatch]) -> Sequence[MeshBatch]:
         """Return ``batches`` with coarse ones for the meshes that have a shape of their own for shadows."""

@@ -11,11 +11,11 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raster.context import assign, source
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.passes.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics
 
 
@@ -74,11 +74,6 @@ class FilmPass:
         far_first = rows[np.argsort(-np.linalg.norm(centre[rows], axis=1), kind="stable")]
         for mesh, run in table.runs(far_first):
             batches[mesh].draw(program, records[run])
-
-    def release(self) -> None:
-        """Free the device memory."""
-        for program in self._programs.values():
-            program.release()
 
     def _program_for(self, lighting: Lighting) -> moderngl.Program:
         """Return the program for this many lights and shadows, compiled when first requested."""

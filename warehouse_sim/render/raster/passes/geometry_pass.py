@@ -8,15 +8,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.geometry.camera import PinholeCamera, ViewPyramid
-from warehouse_sim.render.raster.context import clear_to_zero, float_depth_texture
-from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch
-from warehouse_sim.render.raster.meshes.mesh_levels import choose_levels
+from warehouse_sim.render.raster.context import assign, clear_to_zero, float_depth_texture, source
+from warehouse_sim.render.raster.meshes.mesh_batch import MeshBatch, choose_levels
 from warehouse_sim.render.raster.meshes.parts import PartTable
 from warehouse_sim.render.raster.meshes.ribs import Ribs, ribs_of
 from warehouse_sim.render.raster.passes.hidden_parts import DepthPyramid
-from warehouse_sim.render.raster.programs import assign, source
 from warehouse_sim.render.raster.projection import NEAR, WINDOW_PX, image_origin, window_intrinsics, window_viewport
-from warehouse_sim.render.raster.surfaces.materials import MaterialTable
+from warehouse_sim.render.raster.surfaces import MaterialTable
 
 
 class GeometryBuffer:
@@ -49,12 +47,6 @@ class GeometryBuffer:
         clear_to_zero(1, "ui")
         clear_to_zero(2, "f")
         clear_to_zero(3, "f")
-
-    def release(self) -> None:
-        """Free the device memory."""
-        textures = (self.instance_mask, self.surface, self.reach, self.exact_depth, self.paint, self.depth)
-        for item in (self.target, self.painted, *textures):
-            item.release()
 
 
 _FINE = 64
@@ -145,11 +137,6 @@ class GeometryPass:
             chosen = np.zeros(len(table), bool)
             chosen[group[~sampled.hides(camera, table, records, group)]] = True
             self._draw_rows(view, chosen)
-
-    def release(self) -> None:
-        """Free the device memory."""
-        for program in self._programs.values():
-            program.release()
 
     def _draw_rows(self, view: "_View", wanted: Bool[np.ndarray, " n"]) -> None:
         """Draw the rows of a view that are ``wanted``, those without paint first."""

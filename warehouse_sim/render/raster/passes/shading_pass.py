@@ -5,9 +5,9 @@ import numpy as np
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.raster.context import FullScreen
 from warehouse_sim.render.raster.light.lighting import UNITS, LightBlock, Lighting, Variant
 from warehouse_sim.render.raster.passes.geometry_pass import GeometryBuffer
-from warehouse_sim.render.raster.programs import FullScreen
 from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 
 _OCCLUSION_TAPS = 8
@@ -45,13 +45,6 @@ class SoftLight:
             raw.use(UNITS[f"raw_visibility_{letter}"])
             softened.use(UNITS[f"visibility_{letter}"])
 
-    def release(self) -> None:
-        """Free the device memory."""
-        self.raw.release()
-        self.softened.release()
-        for texture in self._textures:
-            texture.release()
-
 
 class SoftLightPass:
     """Fills a ``SoftLight`` from the geometry buffer."""
@@ -79,13 +72,6 @@ class SoftLightPass:
         self._soften.assign(intrinsics=intrinsics)
         self._soften.draw(targets.softened)
 
-    def release(self) -> None:
-        """Free the device memory."""
-        for shader in (*self._shaders.values(), self._soften):
-            shader.release()
-        if self._targets is not None:
-            self._targets.release()
-
     def _shader_for(self, lighting: Lighting) -> FullScreen:
         """Return the shader for this many shadow maps, compiled when first requested."""
         count = lighting.variant[1]
@@ -111,10 +97,7 @@ class SoftLightPass:
 
     def _targets_for(self, size: tuple[int, int]) -> SoftLight:
         if self._targets is None or self._targets.size != size:
-            before, self._targets = self._targets, SoftLight(self._context, size)
-            self._targets.raw.use()  # a bound framebuffer must not be released
-            if before is not None:
-                before.release()
+            self._targets = SoftLight(self._context, size)
         return self._targets
 
 
@@ -158,12 +141,6 @@ class ShadingPass:
     def render_normals(self, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
         """Fill ``target`` with unit normals of the geometry in the camera frame."""
         self._draw(self._normals, target, geometry)
-
-    def release(self) -> None:
-        """Free the device memory."""
-        self._soft_light.release()
-        for shader in (*self._shaders.values(), self._normals):
-            shader.release()
 
     def _draw(self, shader: FullScreen, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
         geometry.depth.use(UNITS["depth_map"])

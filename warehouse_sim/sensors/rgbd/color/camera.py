@@ -5,10 +5,10 @@ import numpy as np
 from jaxtyping import Float32, Int16, UInt8
 
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.color.config import IDEAL_COLOR, ColorConfig
 from warehouse_sim.sensors.rgbd.color.optics import add_glare, blur_by_motion, spread_points, vignetting_factor
 from warehouse_sim.sensors.rgbd.color.pixels import linear_light, noise_in_codes, read_pixels
+from warehouse_sim.sensors.view import Capture
 
 
 def flicker_factor(

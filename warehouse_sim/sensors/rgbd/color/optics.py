@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.sensors.capture import Motion
+from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.pixel_rays import pixel_stretch, pixel_tangents
 
 _HALO_FRACTION = 0.5

@@ -1,4 +1,4 @@
-"""What every model of a depth camera offers."""
+"""What every model of a depth camera offers, and depth in a few numbers."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, replace
@@ -10,7 +10,8 @@ from jaxtyping import Float32
 from warehouse_sim.config import to_mapping
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
+from warehouse_sim.sensors.rgbd.depth.noise import unit_noise
+from warehouse_sim.sensors.view import Capture
 
 Depth = Float32[np.ndarray, "h w"]
 _UNITS = 1_000_001
@@ -97,3 +98,43 @@ class DepthModel(ABC):
     def to_plain(self) -> dict[str, Any]:
         """Return what ``read_depth_model`` reads back."""
         return {"model": self.kind} | {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
+
+
+@dataclass(frozen=True)
+class IdealDepth(DepthModel):
+    """A camera without errors."""
+
+    kind: ClassVar[str] = "ideal"
+    needs_color: ClassVar[bool] = False
+
+    def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
+        """Return the clean depth (m)."""
+        return buffers.depth
+
+
+@dataclass(frozen=True)
+@ranged
+class QuadraticDepth(DepthModel):
+    """Gaussian noise of ``sigma(z) = sigma_base + sigma_quadratic * z^2``, whatever the surface; no holes.
+
+    Triangulation gives ``z = f b / d``, so an error of the disparity ``d`` grows as ``dz = z^2 / (f b) dd``.
+    """
+
+    kind: ClassVar[str] = "quadratic"
+    needs_color: ClassVar[bool] = False
+
+    sigma_base: Annotated[float, Range(0, 10, "m")] = 0.001
+    """Standard deviation of depth that does not grow with distance (m), 0-10."""
+    sigma_quadratic: Annotated[float, Range(0, 10, "1/m")] = 0.001
+    """Growth of that standard deviation with the square of depth (1/m), 0-10: stereo's z^2 law."""
+    correlation_px: ClassVar[int] = 5
+    """Edge of the window over which depth noise is alike (px), odd; 1 = each pixel by itself."""
+
+    def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
+        """Return depth with the noise of the formula (m)."""
+        depth = result = buffers.depth
+        base, quadratic = self.noise_scale * self.sigma_base, self.noise_scale * self.sigma_quadratic
+        if base > 0 or quadratic > 0:
+            sigma = np.float32(base) + np.float32(quadratic) * depth * depth
+            result = depth + sigma * unit_noise((depth.shape[0], depth.shape[1]), rng, self.correlation_px)
+        return np.where(depth > 0, np.maximum(result, np.float32(0.0)), np.float32(0.0))

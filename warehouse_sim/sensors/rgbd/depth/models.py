@@ -4,11 +4,10 @@ from typing import Any
 
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError, shown, suggestion
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
-from warehouse_sim.sensors.rgbd.depth.model import DepthModel
-from warehouse_sim.sensors.rgbd.depth.quadratic import IdealDepth, QuadraticDepth
-from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
-from warehouse_sim.sensors.rgbd.depth.triangulation.structured_light import StructuredLight
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.model import DepthModel, IdealDepth, QuadraticDepth
+from warehouse_sim.sensors.rgbd.depth.structured_light import StructuredLight
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 
 MODELS: dict[str, type[DepthModel]] = {
     model.kind: model for model in (IdealDepth, QuadraticDepth, StructuredLight, ActiveStereo, TimeOfFlight)

@@ -14,10 +14,10 @@ from tests.sensors.targets import with_constants
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.render.display import to_display
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.triangulation.active_stereo import ActiveStereo
+from warehouse_sim.sensors.rgbd.depth.active_stereo import ActiveStereo
 from warehouse_sim.sensors.surfaces import Surfaces
+from warehouse_sim.sensors.view import Capture
 
 Depth = Float32[np.ndarray, "h w"]
 SEEDS = (0, 1)

@@ -14,9 +14,9 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.conformance.scenes import box_model
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.rgbd.depth import DepthModel
 from warehouse_sim.sensors.surfaces import see_surfaces
+from warehouse_sim.sensors.view import Capture
 
 PALLET = "plastic_runners_blue"
 """Of the catalog, as the recorded ones are of plastic: 1200 mm wide, with two pockets."""

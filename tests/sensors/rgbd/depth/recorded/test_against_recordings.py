@@ -19,7 +19,7 @@ from tests.sensors.rgbd.depth.recorded.scenes import simulated_face
 from tests.sensors.rgbd.depth.recorded.statistics import statistics_of
 from tests.sensors.rgbd.depth.recorded.surfaces import surface_rows
 from warehouse_sim.sensors.rgbd.depth import PRESETS
-from warehouse_sim.sensors.rgbd.depth.flight.time_of_flight import TimeOfFlight
+from warehouse_sim.sensors.rgbd.depth.time_of_flight import TimeOfFlight
 
 FACE_PRESETS = ("tof_industrial", "flexx2", "azure_kinect")
 """Cameras of the recordings' kind; only the first one is meant to be theirs."""

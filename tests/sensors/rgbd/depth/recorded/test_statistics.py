@@ -11,7 +11,7 @@ from tests.sensors.rgbd.depth.recorded.recordings import recorded_faces
 from tests.sensors.rgbd.depth.recorded.statistics import Face, statistics_of
 from tests.sensors.rgbd.depth.recorded.surfaces import surface_rows
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise
+from warehouse_sim.sensors.rgbd.depth.noise import gaussian_noise
 
 K = np.array([[400.0, 0, 199.5], [0, 400.0, 149.5], [0, 0, 1]])
 Z, FLOOR = 1.5, 0.4
@@ -30,11 +30,11 @@ def record(folder: Path, sigma: float, pattern: float, floor_factor: float = 1.0
     mask = np.zeros((300, 400), np.uint8)
     mask[100:181, 60:341] = 255
     true = np.where(mask > 0, Z, np.where(floor < Z, floor_factor * floor, 3.0))
-    constant = pattern * smooth_noise((300, 400), rng, 1.2)
+    constant = pattern * gaussian_noise((300, 400), rng, 1.2)
     dock = [[0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, Z], [0.0, 0.0, 0.0, 1.0]]
     items = []
     for index in range(frames):
-        depth = true + constant + sigma * smooth_noise((300, 400), rng, 1.2)
+        depth = true + constant + sigma * gaussian_noise((300, 400), rng, 1.2)
         cv2.imwrite(str(site / f"{index:03d}_depth.png"), np.rint(1000 * depth).astype(np.uint16))
         cv2.imwrite(str(site / f"{index:03d}_mask.png"), mask)
         items.append(

@@ -11,15 +11,20 @@ from jaxtyping import Bool, Float, Float32
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.reflections import returned_by_retroreflectors
-from warehouse_sim.sensors.rgbd.depth.flight.multipath import added, gathered, multipath_bias, read_off, scattered
-from warehouse_sim.sensors.rgbd.depth.flight.unit_errors import smooth_noise, unit_pattern, unit_samples, wiggle
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
-from warehouse_sim.sensors.rgbd.depth.noise import odd_window, unit_noise
-from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
+from warehouse_sim.sensors.rgbd.depth.multipath import added, gathered, multipath_bias, read_off, scattered
+from warehouse_sim.sensors.rgbd.depth.noise import (
+    gaussian_noise,
+    odd_window,
+    unit_noise,
+    unit_pattern,
+    unit_samples,
+    wiggle,
+)
+from warehouse_sim.sensors.surfaces import facing_cosine, returned_by_retroreflectors, returned_light
+from warehouse_sim.sensors.view import Capture
 
 _SATURATED = 1e3
 """Light beyond which more of it does not help (white plaster facing the emitter from 1 m gives 1)."""
@@ -172,7 +177,7 @@ class TimeOfFlight(DepthModel):
     def _noise(self, size_hw: tuple[int, int], rng: np.random.Generator, scale: float) -> Depth:
         """Return noise of variance 1; pixels of the image that lie on one pixel of the sensor have it in common."""
         if self.smooth_px > 0:
-            return smooth_noise(size_hw, rng, self.smooth_px * scale)
+            return gaussian_noise(size_hw, rng, self.smooth_px * scale)
         return unit_noise(size_hw, rng, odd_window(scale))
 
     def _of_the_unit(self, depth: Depth, scale: float) -> Depth | np.float32:

@@ -9,15 +9,13 @@ from jaxtyping import Bool, Float32
 
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.reflections import returned_by_retroreflectors
+from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow, fattened, inverse_depth, widened
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, smooth_noise
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow, fattened, inverse_depth, widened
-from warehouse_sim.sensors.rgbd.depth.triangulation.film_dots import FilmedDots
-from warehouse_sim.sensors.rgbd.depth.triangulation.pattern import (
+from warehouse_sim.sensors.rgbd.depth.pattern import (
+    FilmedDots,
     StereoUnit,
     clarity,
     doubled,
@@ -26,7 +24,8 @@ from warehouse_sim.sensors.rgbd.depth.triangulation.pattern import (
     shifted,
     texture_slope,
 )
-from warehouse_sim.sensors.surfaces import Surfaces, returned_light
+from warehouse_sim.sensors.surfaces import Surfaces, returned_by_retroreflectors, returned_light
+from warehouse_sim.sensors.view import Capture
 
 _RAGGED = 0.32
 """Standard deviation of the natural logarithm of a hole's threshold: borders of holes are not straight."""

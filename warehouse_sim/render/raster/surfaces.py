@@ -1,6 +1,6 @@
-"""Textures and pictures on the graphics device: each set in one layer, so that a pixel needs one look-up."""
+"""How surfaces look: the materials of a scene on the graphics device, with their baked textures and pictures."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import cv2
 import moderngl
@@ -9,9 +9,12 @@ from jaxtyping import UInt8
 
 from warehouse_sim.catalog.pictures.draw import draw_picture
 from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
+from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.texture_set import NO_CHANGE, read_texture_set
+from warehouse_sim.render.textures import NO_CHANGE, read_texture_set
+from warehouse_sim.schema import Material
+from warehouse_sim.schema.things import RETROREFLECTIVE
 
 MAX_PICTURES = 512
 """Most pictures of a scene; each takes 1.1 MB with its mipmaps."""
@@ -32,13 +35,8 @@ class ImageLayers:
         self._layers: dict[str, UInt8[np.ndarray, "h w 4"]] = {}
         self.array = self._upload()
 
-    def release(self) -> None:
-        """Free the device memory."""
-        self.array.release()
-
     def _replace(self, layers: dict[str, UInt8[np.ndarray, "h w 4"]]) -> None:
         self._layers = layers
-        self.array.release()
         self.array = self._upload()
 
     def _numbers(self, names: Iterable[str]) -> dict[str, int]:
@@ -137,3 +135,53 @@ def _resized(image: UInt8[np.ndarray, "h w *c"]) -> UInt8[np.ndarray, "1024 1024
     # Each texel of a small one becomes equal ones: its mipmaps stay, and nothing blends at its edges.
     way = cv2.INTER_AREA if min(image.shape[:2]) >= TEXTURE_EDGE_PX else cv2.INTER_NEAREST
     return cv2.resize(image, (TEXTURE_EDGE_PX, TEXTURE_EDGE_PX), interpolation=way)
+
+
+_LIMIT = 4096  # the geometry buffer stores a material in twelve bits
+
+
+class MaterialTable:
+    """One row a material in a float texture, and the texture sets and pictures that they name.
+
+    Columns: base colour and roughness; metallic, emission, layer of the texture or -1, tiles a metre across the grain;
+    tiles a metre along the grain, opacity, layer of the picture, or -2 where ribs are painted instead, or -1,
+    and 1 for retroreflectors.
+
+    Args:
+        context: Where to upload to.
+        materials: The scene's.
+        library: Gains the textures that they name.
+        pictures: Holds the pictures that they name from now on.
+        ribbed: Names of those that ribbed sheets are made of.
+
+    Raises:
+        RenderError: Too many materials, or a texture that is not shipped.
+    """
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        materials: dict[str, Material],
+        library: TextureLibrary,
+        pictures: PictureLibrary,
+        ribbed: Collection[str],
+    ) -> None:
+        if len(materials) > _LIMIT:
+            raise RenderError(f"a scene holds {len(materials)} materials; the raster backend renders at most {_LIMIT}")
+        self.row = {name: number for number, name in enumerate(materials)}
+        self.library, self.pictures = library, pictures
+        layers = library.require(item.texture for item in materials.values() if item.texture is not None)
+        shown = pictures.require(item.picture for item in materials.values() if item.picture is not None)
+        values = np.zeros((max(len(materials), 1), 3, 4), np.float32)
+        for row, item in enumerate(materials.values()):
+            layer = layers[item.texture] if item.texture is not None else -1
+            along = item.texture_size * (stretch(item.texture) if item.texture is not None else 1)
+            values[row, 0] = [*item.base_color, item.roughness]
+            values[row, 1] = [item.metallic, item.emission, layer, 1.0 / item.texture_size]
+            paint = -2 if item.name in ribbed else -1
+            picture = shown[item.picture] if item.picture is not None else paint
+            values[row, 2] = [1.0 / along, item.opacity, picture, item.remission >= RETROREFLECTIVE]
+        self.retroreflectors = bool((values[:, 2, 3] > 0).any())
+        """Whether any of them is one."""
+        self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")
+        self.values.filter = (moderngl.NEAREST, moderngl.NEAREST)

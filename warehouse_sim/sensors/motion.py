@@ -1,6 +1,6 @@
-"""The motion of the vehicle that carries a rig: it drives and turns steadily."""
+"""Motion of the vehicle that carries a rig, which drives and turns steadily, and of the cameras on it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Float32
@@ -68,3 +68,23 @@ def _turned(
     turned[1] = x * sine + y * cosine
     turned[2] = z
     return turned
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Of a camera while its shutter is open, in its own frame (x right, y down, z forward)."""
+
+    velocity: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
+    """Of the optical centre (m/s)."""
+    rotation: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
+    """Angular velocity (rad/s)."""
+
+
+def camera_motion(viewpoint: Viewpoint) -> Motion:
+    """Return how the camera of ``viewpoint`` moves with its vehicle, or by itself where nothing carries it."""
+    T_world_camera = viewpoint.T_world_camera
+    turning = np.array([0.0, 0.0, viewpoint.yaw_rate])
+    lever = T_world_camera[:3, 3] - viewpoint.T_world_carrier[:3, 3]
+    R_camera_world = T_world_camera[:3, :3].T
+    velocity = np.asarray(viewpoint.velocity) + np.cross(turning, lever)
+    return Motion(R_camera_world @ velocity, R_camera_world @ turning)

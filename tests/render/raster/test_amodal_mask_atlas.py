@@ -1,3 +1,5 @@
+"""Cells of amodal masks on pages."""
+
 import numpy as np
 
 from warehouse_sim.render.raster.amodal_mask_atlas import Cell, pack

@@ -9,14 +9,13 @@ from jaxtyping import Bool, Float, Float32
 
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
-from warehouse_sim.sensors.capture import Capture
 from warehouse_sim.sensors.film import FilmImage
-from warehouse_sim.sensors.reflections import returned_by_retroreflectors
+from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow, inverse_depth, jitter_jumps
 from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, unit_noise
-from warehouse_sim.sensors.rgbd.depth.triangulation.edges import baseline_shadow, inverse_depth, jitter_jumps
-from warehouse_sim.sensors.rgbd.depth.triangulation.film_dots import FilmedDots
-from warehouse_sim.sensors.surfaces import facing_cosine, returned_light
+from warehouse_sim.sensors.rgbd.depth.pattern import FilmedDots
+from warehouse_sim.sensors.surfaces import facing_cosine, returned_by_retroreflectors, returned_light
+from warehouse_sim.sensors.view import Capture
 
 _WINDOW_PX = 9.0
 """Edge of the window in which the dots are matched (px of the camera)."""

@@ -1,1 +1,0 @@
-"""How surfaces look: materials, baked textures and pictures on the graphics device."""

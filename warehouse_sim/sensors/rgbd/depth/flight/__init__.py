@@ -1,1 +1,0 @@
-"""Cameras that measure the time of flight of modulated light."""

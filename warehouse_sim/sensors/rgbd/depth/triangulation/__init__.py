@@ -1,1 +1,0 @@
-"""Cameras that triangulate: with a projected pattern, or by matching two images."""
