@@ -1,6 +1,6 @@
 """Settings of prediction; free of torch, so that a command line can show them at once."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from warehouse_sim.dataset.reader import Calibration

@@ -7,10 +7,9 @@ import torch
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.errors import MissingPackageError, TrainingError
-from warehouse_sim.estimators.export import PortableNetwork, export_run
+from warehouse_sim.estimators.export import Portable, PortableNetwork, export_network, export_run
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import trained_names
-from warehouse_sim.learning.onnx_file import Portable, export_network
 
 pytest.importorskip("onnxscript")
 onnxruntime = pytest.importorskip("onnxruntime")
