@@ -9,6 +9,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import Distribution, SceneRecipe, sample_scene, sampling, scene_rng
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
 from warehouse_sim.scene.lighting.config import LightingConfig
+from warehouse_sim.scene.lighting.photometry import floor_points, unshadowed_illuminance
 from warehouse_sim.scene.loads.shelving import ShelvingConfig
 from warehouse_sim.scene.loads.staging import StagingConfig
 from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
@@ -71,6 +72,17 @@ def test_each_group_is_one_pallet_and_cartons_of_one_sku() -> None:
         assert [model.startswith("epal1") for model in models] == [True] + [False] * (len(models) - 1)
         assert len(set(models[1:])) <= 1
         assert len(models) <= 25
+
+
+def test_the_default_scene_is_lit_like_a_warehouse() -> None:
+    # EN 12464-1 requires 200 lx where people work in a store and 300 lx where they read labels.
+    for index in range(2):
+        scene = sample_scene(SceneRecipe(), 0, index)
+        points = floor_points(scene)
+        up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+        floor = unshadowed_illuminance(scene.lights, points, up) + scene.ambient
+        assert 200.0 <= np.mean(floor) <= 300.0
+        assert min(floor) > 0.3 * np.mean(floor)
 
 
 @pytest.mark.parametrize(
