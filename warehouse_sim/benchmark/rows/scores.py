@@ -52,7 +52,7 @@ def over_trainings(answer: Answer, metric: str) -> Float[np.ndarray, "t n"]:
 
 
 def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
-    """Yield the fractions of every group and metric of a suite; then, where it asks for them, curves and spreads."""
+    """Yield the fractions of every group and metric of a suite; then, where it requests them, curves and spreads."""
     yield from _fraction_rows(answer, suite, "scores", suite.metrics)
     if suite.curves:
         yield from _fraction_rows(answer, suite, "curves", [f"add_{percent}pct" for percent in range(1, 11)])
