@@ -298,7 +298,7 @@ def main(
     for row in rows:
         print(f"{row['name']:60} {row['value']:6.1%} {row['interval']}  {row['by_surroundings']}")
     if write:
-        command = f"python -m benchmarks.estimators.made_faces {' '.join(methods[1:])} --write"
+        command = f"python -m benchmarks.estimators.made_faces {' '.join(methods[1:])} --count {count} --write"
         write_result(RESULTS / "made_faces.json", command, rows, data=f"{count} made faces, seed {seed}")
 
 

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
 
-from warehouse_sim.catalog.pictures.draw import draw_picture
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
 from warehouse_sim.resources import texture_folder
@@ -136,6 +135,8 @@ def picture_albedo(material: Material) -> Float32[np.ndarray, "h w 3"]:
     """
     if material.picture is None:
         raise ValueError(f"material {material.name!r} has no picture")
+    from warehouse_sim.catalog.pictures.draw import draw_picture  # recipes and lists need none
+
     image = draw_picture(material.picture)
     cover = image[..., 3:].astype(np.float32) / 255.0
     ink = linear_from_srgb(image[..., :3] / 255.0).astype(np.float32)
