@@ -40,14 +40,14 @@ def test_a_recipe_draws_each_open_setting_again_and_reads_back() -> None:
     recipe = SceneRecipe.from_plain(PLAIN, "here")
     assert SceneRecipe.from_plain(recipe.to_plain(), "here") == recipe
     assert recipe.to_plain()["layout"]["bays"] == {"min": 2.0, "max": 4.0}
-    sampled = [recipe.sampled(partial(scene_rng, 0, index)) for index in range(120)]
+    sampled = [recipe.sampled(partial(scene_rng, 0, index)) for index in range(300)]
     assert {item.layout.to_plain()["bays"] for item in sampled} == {2, 3, 4}
     levels = np.array([item.layout.to_plain()["beam_levels"] for item in sampled])
     assert levels[:, 0].min() >= 1.4
-    assert levels[:, 0].std() > 0.035
+    assert levels[:, 0].std() > 0.04
     np.testing.assert_array_equal(levels[:, 1], 3.0)
-    assert np.mean([item.layout.to_plain()["sides"] == "both" for item in sampled]) == pytest.approx(0.75, abs=0.12)
-    assert np.mean([item.shelving.empty_slot_fraction == 0.2 for item in sampled]) == pytest.approx(0.75, abs=0.12)
+    assert np.mean([item.layout.to_plain()["sides"] == "both" for item in sampled]) == pytest.approx(0.75, abs=0.08)
+    assert np.mean([item.shelving.empty_slot_fraction == 0.2 for item in sampled]) == pytest.approx(0.75, abs=0.08)
     assert all(item.loads.height == Distribution.uniform(0.4, 0.9) for item in sampled)
     assert all(item.random_settings == () for item in sampled)
 

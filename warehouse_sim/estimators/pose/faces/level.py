@@ -149,9 +149,7 @@ def _best_plane(
     """Return which points lie on that plane through three neighbours on which most of them lie."""
     first = points[rng.integers(len(points), size=_TRIES)]
     near = (np.abs(points[None] - first[:, None]) < _REACH).all(axis=2)
-    second, third = (
-        np.argpartition(-(near * rng.random(near.shape)), 2, axis=1)[:, 1:3].T if len(points) > 3 else (0, 0)
-    )
+    second, third = np.argpartition(-(near * rng.random(near.shape)), 2, axis=1)[:, 1:3].T
     normals = np.cross(points[second] - first, points[third] - first)
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals / np.maximum(lengths, 1e-9)[:, None]
