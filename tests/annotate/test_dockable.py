@@ -55,11 +55,18 @@ def test_an_upright_blocks_the_face_whose_tines_it_stands_before() -> None:
 
 
 def test_what_stands_behind_the_pallet_meets_the_tips() -> None:
-    """The tips stop 1.10 m behind the face: 0.30 m beyond the far side of a pallet that is 0.80 m deep."""
-    for y, verdict in ((0.705, FREE), (0.695, "blocked by pallet")):
-        behind = pallet(2, (0.0, y + 0.4, HEIGHT / 2), group=2)
+    """The tips stop 1.10 m behind the face, or at the far side of a pallet that is 0.80 m deep."""
+    for gap, verdict in ((0.002, FREE), (-0.002, "blocked by pallet")):
+        behind = pallet(2, (0.0, 0.8 + gap, HEIGHT / 2), group=2)
         assert faces(pallets=(pallet(), behind))["-y"] == verdict
     assert faces(pallets=(pallet(), pallet(2, (1.21, 0.0, HEIGHT / 2), group=2)))["-x"] == FREE
+
+
+def test_a_truck_that_stops_early_keeps_its_mast_off_an_overhang() -> None:
+    """From the 1.2 m wide side the heel stops 0.35 m before the face: 1.15 m of tines in 0.8 m of pallet."""
+    for over, verdict in ((0.348, FREE), (0.352, "mast blocked by its own load")):
+        model, load = block("carton", (1.2, 0.8 + 2 * over, 0.4), 50, (0.0, 0.0, HEIGHT + 0.2))
+        assert faces((model, replace(load, group=1)))["-y"] == verdict
 
 
 def test_people_and_walls_take_the_room_of_the_truck() -> None:

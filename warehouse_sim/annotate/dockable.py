@@ -1,7 +1,8 @@
 """Can a truck take this pallet by this face, as it stands? From collision boxes alone, before any simulation.
 
 The truck stands straight before the face, its tines level with the pockets and their tips just outside, and drives in
-until its heel is a hand's width from the face. Tines, mast and body sweep boxes; none may touch anything else.
+until its heel is a hand's width from the face, or its tips reach the far side of a pallet that is less deep than they
+are long. Tines, mast and body sweep boxes; none may touch anything else.
 """
 
 from collections import defaultdict
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.annotate.trucks import DRIVE, HEEL_GAP, TruckOutline
+from warehouse_sim.annotate.trucks import DRIVE, HEEL_GAP, TruckOutline, early_stop
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
@@ -85,6 +86,8 @@ class Entry:
     """Of the pockets, to the left of the middle (m)."""
     lean: float
     """Angle of the pallet's upright axis to the vertical (rad)."""
+    depth: float
+    """From the face to the far side of the pallet (m)."""
 
 
 def accessibility(scene: SceneSpec, truck: TruckOutline) -> dict[int, Accessibility]:
@@ -119,12 +122,26 @@ def accessibility(scene: SceneSpec, truck: TruckOutline) -> dict[int, Accessibil
     return {number: Accessibility(faces, number in under | upon) for number, faces in found.items()}
 
 
+def dockable_headings(scene: SceneSpec, truck: TruckOutline) -> dict[int, list[float]]:
+    """Return the headings (rad, world) straight into the free faces of pallets that stand alone, by instance id."""
+    found: dict[int, list[float]] = {}
+    access = accessibility(scene, truck)
+    for entry in entries_of(scene):
+        number = entry.target.instance_id
+        if access[number].faces[entry.face] == FREE and not access[number].stacked:
+            ahead = entry.T_world_entry[:2, 0]
+            found.setdefault(number, []).append(float(np.arctan2(ahead[1], ahead[0])))
+    return found
+
+
 def _stages(truck: TruckOutline) -> dict[str, Callable[[Entry, float], Iterable[OrientedBox]]]:
     """Return what sweeps, by the words for what it touches."""
     return {
-        "blocked by": lambda entry, way: truck.tines(entry.height, entry.offsets, way),
-        "mast blocked by": lambda entry, way: truck.swept(truck.mast, entry.height, way),
-        "no room for the truck:": lambda entry, way: truck.swept(truck.body, entry.height, way),
+        "blocked by": lambda entry, way: truck.tines(entry.height, entry.offsets, way, early_stop(entry.depth)),
+        "mast blocked by": lambda entry, way: truck.swept(truck.mast, entry.height, way, early_stop(entry.depth)),
+        "no room for the truck:": lambda entry, way: truck.swept(
+            truck.body, entry.height, way, early_stop(entry.depth)
+        ),
     }
 
 
@@ -134,7 +151,8 @@ def entries_of(scene: SceneSpec) -> list[Entry]:
     for target in scene.target_instances():
         pockets = scene.model_of(target).pockets
         for face in sorted({pocket.face for pocket in pockets}):
-            entries.append(_entry(target, face, [pocket for pocket in pockets if pocket.face == face]))
+            depth = float(scene.model_of(target).size["xy".index(face[1])])
+            entries.append(_entry(target, face, [pocket for pocket in pockets if pocket.face == face], depth))
     return entries
 
 
@@ -147,14 +165,14 @@ def _whole_pallets(scene: SceneSpec) -> Solids:
     return Solids(owner, BoxStack(frames[:, :3, 3], frames[:, :3, :3], half))
 
 
-def _entry(target: ObjectInstance, face: str, pockets: Sequence[Pocket]) -> Entry:
+def _entry(target: ObjectInstance, face: str, pockets: Sequence[Pocket], depth: float) -> Entry:
     T_world_pocket = np.array([target.T_world_object @ pocket.T_object_pocket for pocket in pockets])
     middle, ahead = T_world_pocket[:, :3, 3].mean(axis=0), T_world_pocket[0, :3, 0]
     turn = rotation_z(float(np.arctan2(ahead[1], ahead[0])))
     T_world_entry = make_transform(turn, np.array([middle[0], middle[1], 0.0]))
     lean = float(np.arccos(np.clip(target.T_world_object[2, 2], -1.0, 1.0)))
     offsets = (T_world_pocket[:, :3, 3] - middle) @ turn[:, 1]
-    return Entry(target, face, T_world_entry, float(middle[2]), offsets, lean)
+    return Entry(target, face, T_world_entry, float(middle[2]), offsets, lean, depth)
 
 
 def _from_afar(entry: Entry, aisle: tuple[float, float, float, float] | None, truck: TruckOutline) -> float:

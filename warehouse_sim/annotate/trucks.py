@@ -34,7 +34,12 @@ HEEL_GAP = 0.05
 _BEFORE = 0.1
 """From the tips to the face when the truck stands before it (m); from there it drives straight in."""
 DRIVE = FORK_LENGTH - HEEL_GAP + _BEFORE
-"""How far the truck drives straight in (m)."""
+"""How far the truck drives straight in (m), where the pallet is as deep as its tines are long."""
+
+
+def early_stop(depth: float) -> float:
+    """Return how much earlier the truck stops (m), so that its tips do not leave a pallet of this ``depth`` (m)."""
+    return max(0.0, FORK_LENGTH - HEEL_GAP - depth)
 
 
 @dataclass(frozen=True)
@@ -74,19 +79,22 @@ class TruckOutline:
         """Whether it can drive farther in than from the aisle's edge."""
         return all(np.isfinite(piece.behind) for piece in self.body)
 
-    def tines(self, height: float, offsets: np.ndarray, from_afar: float) -> Iterator[OrientedBox]:
+    def tines(self, height: float, offsets: np.ndarray, from_afar: float, early: float = 0.0) -> Iterator[OrientedBox]:
         """Sweep tines at ``offsets`` (m) beside the middle of the entry; face at x = 0.
 
         Args:
             height: Of the middle of the tines above the floor (m).
             offsets: To the left of the middle of the entry (m).
             from_afar: How much farther away the truck begins than right before the face (m).
+            early: How much earlier it stops (m).
         """
-        front, rear = FORK_LENGTH - HEEL_GAP, -HEEL_GAP - DRIVE - from_afar
+        front, rear = FORK_LENGTH - HEEL_GAP - early, -HEEL_GAP - DRIVE - from_afar
         for offset in offsets:
             yield _box(rear, front, float(offset), FORK_WIDTH, height, FORK_THICKNESS)
 
-    def swept(self, pieces: tuple[Piece, ...], height: float, from_afar: float) -> Iterator[OrientedBox]:
+    def swept(
+        self, pieces: tuple[Piece, ...], height: float, from_afar: float, early: float = 0.0
+    ) -> Iterator[OrientedBox]:
         """Sweep ``pieces`` with the tines at ``height`` (m), as ``tines``."""
         for piece in pieces:
             low, high = piece.low, piece.high
@@ -95,7 +103,9 @@ class TruckOutline:
             elif piece.rising == "up to forks":
                 high = max(high, height + _ABOVE_FORKS)
             rear = piece.rear - HEEL_GAP - self._way(piece, from_afar)
-            yield _box(rear, piece.front - HEEL_GAP, 0.0, piece.width, (low + high) / 2, high - low)
+            # What stands still is there from the start, wherever the rest stops.
+            front = piece.front - HEEL_GAP - min(early, self._way(piece, 0.0))
+            yield _box(rear, front, 0.0, piece.width, (low + high) / 2, high - low)
 
     @staticmethod
     def _way(piece: Piece, from_afar: float) -> float:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from warehouse_sim.annotate.dockable import dockable_headings
+from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.errors import PlacementError, SettleError
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import OcclusionReport, request_views
@@ -17,6 +19,7 @@ from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
 from warehouse_sim.scene.layouts.site import Truck
 from warehouse_sim.scene.viewpoints.choose import replace_blocked_views
+from warehouse_sim.scene.viewpoints.dockable import view_dockable
 from warehouse_sim.schema import SceneSpec
 
 ATTEMPTS = 5
@@ -56,6 +59,9 @@ def sample_settled_scene(recipe: Recipe, seed: int, scene_index: int) -> Sampled
             settled, report = settle_scene(drafted, recipe.settle)
             report.require_ok()
             scene = replace_blocked_views(settled, settings.viewpoints, stream("renewed viewpoints"))
+            if settings.viewpoints.dockable_fraction:
+                headings = dockable_headings(scene, TRUCKS[settings.layout.truck])
+                scene = view_dockable(scene, headings, settings.viewpoints, stream("dockable viewpoints"))
             return SampledScene(scene, settings, report)
         except (PlacementError, SettleError) as error:
             problem = error

@@ -71,6 +71,9 @@ class ViewpointsConfig:
     """Angle between the optical axis and the line of sight to the target, seen from above (deg), -180 to 180."""
     along_fraction: Fraction = 0.0
     """Fraction of the views along the aisle, their target beside the axis, 0-1; not for ``free`` and ``ceiling``."""
+    dockable_fraction: Fraction = 0.0
+    """Fraction of the views from before a face by which a truck can take its pallet, as all stands at rest, 0-1; not
+    for ``free``, ``ceiling`` and drives."""
     aisle_fraction: Fraction = 0.25
     """Fraction of the views that aim at a target in the aisle, where there is one, 0-1."""
     max_elevation_deg: Annotated[float, Range(1, 45, "deg")] = 10.0
@@ -98,6 +101,12 @@ class ViewpointsConfig:
         if self.kind == "free" and self.trajectory != "none":
             raise ValueError(
                 f"a free camera does not drive: set trajectory none, not {self.trajectory}, or another kind"
+            )
+
+        if self.dockable_fraction and (self.kind in ("free", "ceiling") or self.trajectory != "none"):
+            raise ValueError(
+                f"views before pallets that a truck can take are single ones from the floor: leave dockable_fraction "
+                f"out, or the kind {self.kind} and the trajectory {self.trajectory}"
             )
 
     @property

@@ -20,6 +20,8 @@ _OFF_AXIS = 0.9
 """Fraction of ``max_elevation_deg`` within which an overhead camera has its target."""
 _FLATTEST = np.deg2rad(15.0)
 """Least angle below the horizon at which an overhead camera sees its target (rad): it hangs no farther away."""
+_BEFORE_FACE_DEG = 15.0
+"""Largest angle between the line of sight to a face and straight into it (deg), of a truck that comes to take it."""
 _ALONG_SPREAD_DEG = 4.0
 """Standard deviation of a view along the aisle against the aisle (deg)."""
 
@@ -31,6 +33,7 @@ def candidate_viewpoints(
     rng: np.random.Generator,
     tries: int = TRIES,
     sight: tuple[float, float] = (0.0, 1.0),
+    into: float | None = None,
 ) -> Iterator[Viewpoint]:
     """Yield single views of ``target`` that have room and show its centre near the optical axis.
 
@@ -42,9 +45,10 @@ def candidate_viewpoints(
         tries: Views to draw; fewer are yielded.
         sight: Least and largest fraction of the target's sample points in sight, 0-1: a quick guess, from boxes, of the
             visible fraction.
+        into: Heading straight into a face of the target (rad, world), for views of a truck that comes to take it.
     """
     for _ in range(tries):
-        viewpoint, lift = sample_view(target, space, config, rng)
+        viewpoint, lift = sample_view(target, space, config, rng, into)
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
         if not is_good or not space.is_clear(viewpoint, config.clearance, lift):
             continue
@@ -53,18 +57,31 @@ def candidate_viewpoints(
 
 
 def sample_view(
-    target: ObjectInstance, space: FreeSpace, config: ViewpointsConfig, rng: np.random.Generator
+    target: ObjectInstance,
+    space: FreeSpace,
+    config: ViewpointsConfig,
+    rng: np.random.Generator,
+    into: float | None = None,
 ) -> tuple[Viewpoint, float]:
-    """Draw a view of ``target`` and how far the forks are lifted (m); whether there is room is not asked."""
+    """Draw a view of ``target`` and how far the forks are lifted (m); whether there is room is not asked.
+
+    With ``into`` it is one from before the face that this heading (rad, world) goes straight into.
+    """
     mounting = config.mounting
     if mounting is None:
         return _on_shell(target, config, rng), 0.0
     if mounting.overhead:
         return _overhead(target, mounting, config, rng), 0.0
-    if config.along_fraction and rng.random() < config.along_fraction:
+    if into is not None:
+        bearing = into + np.deg2rad(rng.uniform(-_BEFORE_FACE_DEG, _BEFORE_FACE_DEG))
+        (x, y), yaw = _sample_mount_before(target.T_world_object[:3, 3], bearing, config, rng)
+    elif config.along_fraction and rng.random() < config.along_fraction:
         (x, y), yaw = _sample_along(target.T_world_object[:3, 3], config, space.area, rng)
     else:
-        (x, y), yaw = _sample_mount_before(target.T_world_object[:3, 3], config, space.area, rng)
+        # Those of the aisle are seen against the rack.
+        into_rack = -np.pi / 2 if target.T_world_object[1, 3] < space.area.y_min else np.pi / 2
+        bearing = into_rack + np.deg2rad(config.approach_deg.sample(rng))
+        (x, y), yaw = _sample_mount_before(target.T_world_object[:3, 3], bearing, config, rng)
     height, pitch, roll = sample_mount(mounting, config, rng)
     lift = sample_lift(config, target, space, rng)
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
@@ -132,11 +149,9 @@ def _sample_along(
 
 
 def _sample_mount_before(
-    target: Float[np.ndarray, " 3"], config: ViewpointsConfig, area: Area, rng: np.random.Generator
+    target: Float[np.ndarray, " 3"], bearing: float, config: ViewpointsConfig, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, " 2"], float]:
-    """Draw where a camera stands (m) and looks (rad) before ``target``; the aisle's are seen against the rack."""
-    into_rack = -np.pi / 2 if target[1] < area.y_min else np.pi / 2
-    bearing = into_rack + np.deg2rad(config.approach_deg.sample(rng))
+    """Draw where a camera stands (m) and looks (rad) that has ``target`` in the direction ``bearing`` (rad)."""
     back = config.distance.sample(rng)
     place = target[:2] - back * np.array([np.cos(bearing), np.sin(bearing)])
     yaw = bearing + np.deg2rad(config.offset_deg.sample(rng))
