@@ -13,6 +13,10 @@ _GREY = 114
 _RICHEST, _SOFTEST_PX, _SHARPEST, _NOISIEST = 1.5, 1.5, 1.0, 15.0
 """Limits of another camera: colour over the image's own, width of its blur (px), detail that is added once more, and
 grain (codes)."""
+_EVEN = ((np.arange(256) - 127.5) / np.sqrt((256.0**2 - 1.0) / 12.0)).astype(np.float32)
+"""Evenly spread numbers with a deviation of 1."""
+_LEAST_RELATIVE = np.float32(0.001)
+"""Of a depth stays."""
 _LEAST_FRACTION = 0.15
 """Of a box must remain, or what remains is only to be ignored."""
 
@@ -92,15 +96,28 @@ def disturbed(sample: Sample, config: ImageAugmentConfig, rng: np.random.Generat
     if rgb is not None and rng.random() < config.camera:
         rgb = _of_another_camera(rgb, rng)
     if depth is not None:
-        factor = 1.0 + rng.uniform(-config.depth_scale, config.depth_scale)
-        noise = rng.standard_normal(depth.shape, dtype=np.float32) * np.float32(config.depth_noise)
-        depth = np.where(depth > 0, np.maximum(depth * np.float32(factor) + noise * depth**2, 0.01), 0.0)
+        depth = _noisy(depth, 1.0 + rng.uniform(-config.depth_scale, config.depth_scale), config.depth_noise, rng)
         height, width = depth.shape
         for _ in range(int(rng.integers(config.depth_holes + 1))):
             u, v = int(rng.integers(width)), int(rng.integers(height))
             depth[v : v + int(rng.integers(1, height // 8 + 2)), u : u + int(rng.integers(1, width // 12 + 2))] = 0.0
-        depth = depth.astype(np.float32)
     return replace(sample, rgb=rgb, depth=depth)
+
+
+def _noisy(
+    depth: Float32[np.ndarray, "h w"], factor: float, sigma: float, rng: np.random.Generator
+) -> Float32[np.ndarray, "h w"]:
+    """Return depth (m) times a factor, with noise of a deviation of ``sigma`` times its square; 0 stays 0.
+
+    The noise is even, which takes a tenth of the time of a normal one.
+    """
+    codes = np.frombuffer(rng.bytes(depth.size), np.uint8).reshape(depth.shape)
+    relative = np.asarray(cv2.LUT(codes, _EVEN * np.float32(sigma)))
+    relative *= depth
+    relative += np.float32(factor)
+    np.maximum(relative, _LEAST_RELATIVE, out=relative)
+    relative *= depth
+    return relative
 
 
 def _of_another_camera(rgb: UInt8[np.ndarray, "h w 3"], rng: np.random.Generator) -> UInt8[np.ndarray, "h w 3"]:
