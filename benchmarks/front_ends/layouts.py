@@ -46,12 +46,14 @@ _SEED, _SCENES, _VIEWS = 515_151, 6, 8
 _RESAMPLES = 1000
 _FRONT_END = ("detector-depth", "segmenter-depth")
 _FRONT_ENDS = {"boxes": _FRONT_END[:1], "masks": _FRONT_END, "boxes, RGB": ("detector-rgb",)}
+_MEASURED = ("boxes", "masks")
+"""Of ``_FRONT_ENDS``, what reads depth."""
 _LEAST_SCORE = 0.05
 """Of boxes that precision is counted over."""
 _FOUND = "found"
 """Stands for the boxes and masks of the front end."""
 _SEEN = Evaluated(0.1, 8.0, (0.0, 10.0))
-"""What is to be found: a tenth of it visible, within 10 m."""
+"""What is to be found: a tenth of it visible, within 10 m; by what reads depth, half of its pixels measured."""
 _NEAR, _WELL_SEEN = 7.0, 0.3
 """Of a network alone: within so many metres, with at least so much visible."""
 
@@ -119,7 +121,8 @@ def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
     min_score = _LEAST_SCORE if len(_FRONT_ENDS[method]) == 1 else None
     objects, seconds = detect(stages, root, "test", min_score=min_score)
     write_results(file, [item for item in objects if item.class_name == "pallet"], reader)
-    parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), _SEEN)["pallet"]
+    seen = replace(_SEEN, measured=0.5) if method in _MEASURED else _SEEN
+    parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), seen)["pallet"]
     precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
     value, low, high = precisions["mask_50" if "mask_50" in precisions else "box_50"]
     row = {"value": value, "interval": [low, high], "n": wanted_in(parts)}

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from pycocotools.cocoeval import COCOeval
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import FoundObject, read_labels, read_results, write_labels, write_results
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections
+from warehouse_sim.evaluation.detection.scores import Evaluated, score_detections, seen_by_class
 
 
 def noisy(reader: DatasetReader, split: str, seed: int = 0) -> list[FoundObject]:
@@ -106,6 +107,24 @@ def test_panoptic_quality_by_hand(images_root: Path) -> None:
     row = next(r for r in score_detections(found, reader, [image], Evaluated()) if r.class_name == "pallet")
     n = sum(1 for i, _ in wanted if i is image)
     assert row.panoptic_quality == pytest.approx(mask.sum() / size / (1 + (n - 1 + 1) / 2))
+
+
+def test_what_no_depth_was_read_of_is_not_to_be_found(images_root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Depth that ends in the middle of a mask measures half of it, give or take a column."""
+    reader = DatasetReader(images_root)
+    image, target = max(
+        ((i, t) for i in reader.images("train") for t in i.targets if reader.objects[t.obj_id].class_name == "pallet"),
+        key=lambda pair: pair[1].pixels_visible,
+    )
+    mask = reader.mask_visible(image, target.gt_index)
+    columns = np.sort(np.nonzero(mask)[1])
+    for fraction, is_wanted in ((0.45, False), (0.55, True)):
+        depth = np.ones(mask.shape, np.float32)
+        depth[:, columns[round(fraction * len(columns))] :] = 0.0
+        monkeypatch.setattr(reader, "depth", lambda image, depth=depth: depth)
+        alone = replace(image, targets=(target,))
+        (seen,) = seen_by_class([], reader, [alone], Evaluated(0.0, 0.0, measured=0.5))["pallet"]
+        assert seen.wanted.tolist() == [is_wanted], fraction
 
 
 def test_boxes_of_bop_and_of_any_tool_are_taken(images_root: Path, tmp_path: Path) -> None:

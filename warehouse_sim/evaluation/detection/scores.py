@@ -31,6 +31,8 @@ class Evaluated:
     """Least height of the visible part (px)."""
     distance: tuple[float, float] = (0.0, 1e9)
     """From the camera (m), of objects with a pose."""
+    measured: float = 0.0
+    """Least fraction of the visible pixels that have a depth reading, 0-1."""
 
     def takes(self, target: TargetRecord) -> bool:
         """Return whether a true object is to be found."""
@@ -110,6 +112,9 @@ def _compare(
         item for item in image.targets if item.pixels_visible > 0 and reader.objects[item.obj_id].class_name == name
     ]
     wanted = np.array([evaluated.takes(item) for item in targets], dtype=bool)
+    if evaluated.measured and wanted.any():
+        readings = reader.depth(image) > 0
+        wanted &= [readings[reader.mask_visible(image, item.gt_index)].mean() >= evaluated.measured for item in targets]
     gt = np.array([item.box_visible_xyxy for item in targets], dtype=float).reshape(-1, 4)
     gt[:, 2:] += 1.0
     boxes = np.array([edges_of(item) for item in found], dtype=float).reshape(-1, 4)
