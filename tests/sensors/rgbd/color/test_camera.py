@@ -82,7 +82,7 @@ def test_the_ideal_camera_and_yaml() -> None:
     assert ColorConfig.from_plain("ideal", "here") == IDEAL_COLOR
     config = ColorConfig(jpeg_quality=80, bayer=False)
     assert from_mapping(ColorConfig, to_mapping(config), "here") == config
-    with pytest.raises(ConfigError, match="here: 'iedal' is no colour camera; known: ideal, plain, raw"):
+    with pytest.raises(ConfigError, match="here: 'iedal' is no colour camera; known: ideal, phone, plain, raw"):
         ColorConfig.from_plain("iedal", "here")
 
 

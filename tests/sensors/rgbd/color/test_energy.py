@@ -52,7 +52,8 @@ def test_a_point_spread_leaves_the_energy_of_its_transfer_function() -> None:
 
 
 @pytest.mark.parametrize("ev", [9.0, 7.0])
-def test_the_camera_keeps_half_of_the_energy_of_fine_detail(ev: float) -> None:
+def test_the_camera_keeps_most_of_the_energy_of_fine_detail(ev: float) -> None:
+    """At most 15 % is lost in good light; dim light takes more gain, and noise that is removed takes detail along."""
     stored = replace(ColorConfig(), exposure_error=0.0, flicker=0.0, vignetting=0.0)
-    assert energy_kept(stored, ev) > 0.5
-    assert energy_kept(replace(stored, denoise=1.2), ev) < 0.4
+    assert energy_kept(stored, ev) > (0.85 if ev > 8.0 else 0.75)
+    assert energy_kept(replace(stored, denoise=1.2, sharpen=0.7), ev) < 0.4
