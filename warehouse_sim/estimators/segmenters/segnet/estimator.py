@@ -15,12 +15,14 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
-from warehouse_sim.geometry.boxes import mask_box_xyxy
+from warehouse_sim.geometry.boxes import mask_box_xyxy, mask_intersections
 from warehouse_sim.learning.compute import cpu_threads, place
 
 _BOXES_AT_ONCE = 64
 _LEAST_PROBABILITY = 0.5
 """Of the pixels of a mask."""
+_MOST_ALIKE = 0.7
+"""Intersection over union of two masks beyond which they are of one object."""
 _LEAST_PIXELS = 8
 """Masks of fewer pixels are left out."""
 
@@ -80,16 +82,14 @@ class TrainedSegmenter(Segmenter):
             return []
         seen = self.look(image, [detection_edges(item) for item in found])
         size_wh = image.camera.width, image.camera.height
-        maps = [window.pasted(chance, size_wh) for window, chance in zip(seen.windows, seen.probability, strict=True)]
-        chances = np.stack(maps)
-        # A pixel is the likeliest object's alone; where two are certain, the first's, which the detector trusts more.
-        likeliest = chances.argmax(axis=0) == np.arange(len(chances))[:, None, None]
-        masks = (chances >= _LEAST_PROBABILITY) & likeliest
-        return [
-            replace(item, mask=mask, mask_probability=chance, score=item.score * float(chance[mask].mean()))
-            for item, mask, chance in zip(found, masks, maps, strict=True)
-            if mask.sum() >= _LEAST_PIXELS
-        ]
+        segmented = list[Detection]()
+        for item, window, crop in zip(found, seen.windows, seen.probability, strict=True):
+            chance = window.pasted(crop, size_wh)
+            mask = chance >= _LEAST_PROBABILITY
+            if mask.sum() >= _LEAST_PIXELS:
+                score = item.score * float(chance[mask].mean())
+                segmented.append(replace(item, mask=mask, mask_probability=chance, score=score))
+        return without_doubles(segmented)
 
     @torch.inference_mode()
     def look(self, image: RgbdImage, boxes: Sequence[Edges]) -> SeenBoxes:
@@ -125,6 +125,24 @@ class TrainedSegmenter(Segmenter):
             depth = torch.from_numpy(np.stack([window.picked(image.depth) for window in windows])).to(self._device)
         width = [(window.edges[2] - window.edges[0]) / image.camera.fx for window in windows]
         return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
+
+
+def without_doubles(found: Sequence[Detection]) -> list[Detection]:
+    """Return detections with masks but for those that are almost the mask of a better one, in the order given.
+
+    Masks of neighbours may share pixels: of two in a stack, the one whose box is off would take the other's.
+    """
+    if not found:
+        return []
+    masks = np.stack([np.asarray(item.mask, dtype=bool) for item in found])
+    size = masks.sum(axis=(1, 2))
+    shared = mask_intersections(masks, masks)
+    alike = shared > _MOST_ALIKE * (size[:, None] + size - shared)
+    kept = list[int]()
+    for number in np.argsort([-item.score for item in found], kind="stable").tolist():
+        if not alike[number, kept].any():
+            kept.append(number)
+    return [found[number] for number in sorted(kept)]
 
 
 def detection_edges(item: Detection) -> Edges:

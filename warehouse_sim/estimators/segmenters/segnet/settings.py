@@ -43,7 +43,7 @@ class BoxCropConfig:
 class BoxAugmentConfig:
     """How strongly crops of boxes are disturbed in training."""
 
-    box: Fraction = 0.1
+    box: Fraction = 0.15
     """How far each side of a box is off at most, as a fraction of its size, 0-1."""
     flip: Fraction = 0.5
     """Fraction of crops that are mirrored, 0-1."""
