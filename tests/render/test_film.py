@@ -6,10 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
+from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import Renderer
+from warehouse_sim.render import Renderer, open_renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.render.textures import veil
 from warehouse_sim.schema import Material, ObjectModel, RenderBuffers, SceneSpec
 
 pytestmark = pytest.mark.gl
@@ -89,3 +91,46 @@ def test_the_farther_film_is_drawn_first(renderer: Renderer) -> None:
     assert levels["black", ("black", "white")] == levels["black", ("white", "black")]
     assert levels["white", ("black", "white")] == levels["white", ("white", "black")]
     assert levels["black", ("black", "white")] < levels["white", ("white", "black")] - 20
+
+
+RED = Material("red", (0.42, 0.02, 0.018), 0.8)
+CLOSE = PinholeCamera.from_focal(320, 240, 600.0)
+
+
+def red_carton(renderer: Renderer, wrapped: bool) -> RenderBuffers:
+    """A red carton, bare or in the densest film."""
+    models = [
+        box_model("floor", (20, 20, 0.1), "concrete", "floor", 90),
+        box_model("carton", (0.6, 0.6, 0.6), "red"),
+        box_model("wrap", (0.62, 0.62, 0.62), "film", "wrap", 91),
+    ]
+    found = {**MATERIALS, "red": RED, "film": materials()["stretch_film_dense"]}
+    placed = [("floor", at(0, 0, -0.05)), ("carton", at(0, 0, 0.3)), ("wrap", at(0, 0, 0.3))]
+    lights = [LIGHT, spot((-2.5, -1.0, 3.5), 2500.0)]
+    renderer.load(make_scene(models, placed if wrapped else placed[:2], lights, materials=found, ambient=60.0))
+    return renderer.render(CLOSE, VIEW)
+
+
+def test_goods_keep_their_colour_behind_film(renderer: Renderer) -> None:
+    """Clear film mirrors rather than scatters; a flat veil of its opacity would leave half of the saturation."""
+    bare, wrapped = (red_carton(renderer, wrapped) for wrapped in (False, True))
+    saturation = [
+        cv2.cvtColor(item.rgb, cv2.COLOR_RGB2HSV)[110:170, 120:200, 1].astype(float) for item in (bare, wrapped)
+    ]
+    assert np.median(saturation[1]) > 0.6 * np.median(saturation[0])
+
+
+def test_strands_of_film_are_level_and_far_brighter_than_what_lies_between() -> None:
+    with open_renderer("raster") as renderer:
+        green = red_carton(renderer, True).rgb[70:170, 110:210, 1].astype(float)
+    assert np.percentile(green, 98) > np.median(green) + 40.0
+    # Brightness changes from row to row, far less along them.
+    assert np.abs(np.diff(green, axis=0)).mean() > 2.0 * np.abs(np.diff(green, axis=1)).mean()
+
+
+def test_dyed_film_hides_what_clear_film_does_not() -> None:
+    film = materials()["stretch_film"]
+    layers = [veil(replace(film, opacity=opacity)) for opacity in (0.13, 0.28, 0.46, 0.85)]
+    assert np.all(np.array(layers[:3]) < 0.34 * np.array([0.13, 0.28, 0.46]))
+    assert 0.7 < layers[3] < 0.85
+    assert veil(replace(film, texture=None)) == film.opacity

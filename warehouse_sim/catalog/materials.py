@@ -96,12 +96,12 @@ _ALL = (
     Material("steel_paint_black", (0.020, 0.020, 0.021), 0.4, texture="enamel", texture_size=0.8, remission=0.08),
     Material("sack_paper", (0.50, 0.37, 0.245), 0.9, texture="kraft", texture_size=0.3, remission=0.35),
     Material("sack_woven", (0.70, 0.69, 0.64), 0.6, texture="brushed", texture_size=0.15, remission=0.70),
-    Material("stretch_film", (0.80, 0.82, 0.84), 0.15, texture="film", texture_size=0.9, remission=0.15, opacity=0.28),
+    Material("stretch_film", (0.80, 0.82, 0.84), 0.15, texture="film", texture_size=0.45, remission=0.15, opacity=0.28),
     Material(
-        "stretch_film_thin", (0.80, 0.82, 0.84), 0.12, texture="film", texture_size=0.9, remission=0.15, opacity=0.13
+        "stretch_film_thin", (0.80, 0.82, 0.84), 0.12, texture="film", texture_size=0.45, remission=0.15, opacity=0.13
     ),
     Material(
-        "stretch_film_dense", (0.80, 0.82, 0.84), 0.2, texture="film", texture_size=0.9, remission=0.15, opacity=0.46
+        "stretch_film_dense", (0.80, 0.82, 0.84), 0.2, texture="film", texture_size=0.45, remission=0.15, opacity=0.46
     ),
     Material("rack_blue", (0.004, 0.078, 0.202), 0.45, texture="enamel", texture_size=0.6, remission=0.35),
     Material("rack_orange", (0.799, 0.105, 0.006), 0.45, texture="enamel", texture_size=0.6, remission=0.60),

@@ -11,7 +11,7 @@ from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import transform_points
-from warehouse_sim.render.textures import box_projection, edge_order, picture_coordinates, texture_shift
+from warehouse_sim.render.textures import WOUND, box_projection, edge_order, picture_coordinates, texture_shift
 from warehouse_sim.schema import Material, ObjectModel, Part, SceneSpec
 
 
@@ -96,9 +96,8 @@ def _tiles(
         return picture_coordinates(metres, normals)
     along = material.texture_size * (stretch(material.texture) if material.texture is not None else 1)
     metres_of_a_tile = np.array([along, material.texture_size])
-    tiles: Float64[np.ndarray, "n 2"] = (
-        box_projection(metres, normals, edge_order(np.ptp(metres, axis=0))) / metres_of_a_tile
-    )
+    order = edge_order(np.ptp(metres, axis=0), material.texture == WOUND)
+    tiles: Float64[np.ndarray, "n 2"] = box_projection(metres, normals, order) / metres_of_a_tile
     return tiles + texture_shift(np.array(0), np.array(number))
 
 

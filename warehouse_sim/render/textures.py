@@ -9,7 +9,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, Int, UInt8
+from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
@@ -71,12 +71,39 @@ _CORNER = 0.003
 """Place in the picture that faces without one show: paper, or bare board."""
 
 
-def edge_order(extent: Float[np.ndarray, "*p 3"]) -> Int[np.ndarray, "*p 3"]:
+WOUND = "film"
+"""Texture that is pulled level around what stands in it, however high that is."""
+
+
+def edge_order(
+    extent: Float[np.ndarray, "*p 3"], wound: bool | Bool[np.ndarray, "*p"] = False
+) -> Int[np.ndarray, "*p 3"]:
     """Return the axes from the longest edge (m) to the shortest; ties keep x, y, z.
 
     Edges that are equal to the centimetre tie: the skin of a carton must not turn its board.
+
+    Args:
+        extent: Edges along the part's axes (m).
+        wound: Where the texture is ``WOUND``: z comes last.
     """
-    return np.argsort(-np.round(extent, 2), axis=-1, kind="stable")
+    level = np.where(np.asarray(wound)[..., None], extent * [1.0, 1.0, 0.0], extent)
+    return np.argsort(-np.round(level, 2), axis=-1, kind="stable")
+
+
+_CLEAR_LAYERS = 0.5
+"""Opacity up to which film is layers of clear film; what is denser is dyed."""
+
+
+def veil(material: Material) -> float:
+    """Return the fraction of what lies behind that is covered by what ``material`` scatters, seen straight on, 0-1.
+
+    Of the light that clear film stops, it scatters a third and mirrors the rest: the goods keep their colours behind
+    it. Dye and all that is not film scatter or swallow what they stop. The third is a prior, without a source.
+    """
+    if material.texture != WOUND:
+        return material.opacity
+    clear = min(material.opacity, _CLEAR_LAYERS)
+    return 1.0 - (1.0 - clear / 3.0) * (1.0 - material.opacity) / (1.0 - clear)
 
 
 def texture_shift(instance_ids: Int[np.ndarray, "*p"], numbers: Int[np.ndarray, "*p"]) -> Float[np.ndarray, "*p 2"]:

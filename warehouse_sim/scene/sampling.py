@@ -4,6 +4,7 @@ import numpy as np
 
 from warehouse_sim.catalog.materials import materials_of
 from warehouse_sim.errors import PlacementError
+from warehouse_sim.scene.appearance.hall_colors import in_hall_colors
 from warehouse_sim.scene.appearance.painting import paint_scene
 from warehouse_sim.scene.building.hall import equip_hall
 from warehouse_sim.scene.clutter import add_clutter, clutter_shelves
@@ -84,4 +85,6 @@ def sample_scene(recipe: SceneRecipe, seed: int, scene_index: int, attempt: int 
     scene = paint_scene(scene, recipe.appearance, stream)
     if recipe.loads.prints == "sampled":
         scene = print_cartons(scene, stream("prints"))
+    if recipe.appearance.preset == "everyday":
+        scene = in_hall_colors(scene, stream("hall colours"))
     return light_without_shadows(scene, recipe.lights, stream("lighting"))

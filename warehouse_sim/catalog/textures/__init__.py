@@ -8,8 +8,8 @@ from functools import cache
 
 import numpy as np
 
-from warehouse_sim.catalog.textures.fresh import STRETCH as WOOD_STRETCH
 from warehouse_sim.catalog.textures.fresh import (
+    STRETCH,
     brushed,
     concrete,
     epoxy,
@@ -51,4 +51,4 @@ def paint(name: str) -> TextureSet:
 
 def stretch(name: str) -> int:
     """Return how many times as long along u as along v a tile of the texture called ``name`` is laid out."""
-    return WOOD_STRETCH if name in ("wood", "wood_worn") else 1
+    return STRETCH if name in ("wood", "wood_worn", "film") else 1

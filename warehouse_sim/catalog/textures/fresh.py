@@ -21,7 +21,7 @@ from warehouse_sim.catalog.noise import (
 from warehouse_sim.catalog.textures.tile import SIZE, Tile
 
 STRETCH = 3
-"""Length of a tile along the grain over its width; the texture table of the catalog repeats it."""
+"""Length of a tile along the grain, or the pull of film, over its width; the catalog's texture table repeats it."""
 _RINGS = 62
 """Growth rings across a tile: 8 mm apart in 0.5 m, as flat-sawn boards show them."""
 _KNOTS = 14
@@ -191,17 +191,22 @@ def plastic(rng: np.random.Generator) -> Tile:
 
 
 def film(rng: np.random.Generator) -> Tile:
-    """Paint stretch film: sharp wrinkles that run mostly along u, pulled tight in between."""
-    twist = 26.0 * (octaves(rng, SIZE, 2, 2, 3) - 0.5)
-    wide = displaced(ridges(octaves(rng, SIZE, 2, 9, 3), 0.05), twist, twist.T)
-    fine = displaced(ridges(octaves(rng, SIZE, 3, 22, 3), 0.06), -twist, twist.T)
-    cross = ridges(octaves(rng, SIZE, 7, 4, 3), 0.025)
-    here = smooth_step((octaves(rng, SIZE, 3, 3, 2) - 0.3) / 0.4)
-    creases = wide + 0.6 * fine * here + 0.5 * cross * (1.0 - here)
-    albedo = 1.0 + 0.35 * (creases - 0.4) + 0.1 * (octaves(rng, SIZE, 5, 5, 3) - 0.5)
-    height = softened(1.7 * creases + 6.0 * octaves(rng, SIZE, 3, 6, 2))
-    roughness = 1.0 + 0.5 * (octaves(rng, SIZE, 5, 5, 3) - 0.5) + 0.2 * creases
-    return Tile(albedo, height, roughness)
+    """Paint stretch film: clear between strands where it is bunched or folded, which its pull lays along u.
+
+    Strands lie in bundles, most of them level, some slanting to the corners of the load.
+    """
+    level = strokes(rng, SIZE, 330, (40.0, 260.0), (-0.12, 0.12), 0.05)
+    slanting = strokes(rng, SIZE, 70, (20.0, 100.0), (-0.7, 0.7), 0.25)
+    wide = strokes(rng, SIZE, 90, (50.0, 260.0), (-0.16, 0.16), 0.08)
+    wide = np.maximum(np.maximum(wide, 0.7 * np.roll(wide, 1, 0)), 0.5 * np.roll(wide, 2, 0))
+    bundles = smooth_step((octaves(rng, SIZE, 2, 4, 3) - 0.42) / 0.22)
+    strands = np.maximum(np.maximum(level, wide), 0.8 * slanting)
+    strands = strands * strands * (0.12 + 0.88 * bundles)
+    clouds, pull = octaves(rng, SIZE, 4, 4, 3), octaves(rng, SIZE, 3, 10, 2)
+    albedo = 0.85 + 1.5 * strands + 0.2 * (clouds - 0.5)
+    height = softened(1.2 * strands) + 5.0 * pull
+    roughness = 1.0 + 0.5 * (clouds - 0.5) + 0.3 * strands
+    return Tile(albedo, height, roughness, STRETCH)
 
 
 def rubber(rng: np.random.Generator) -> Tile:

@@ -22,7 +22,7 @@ from warehouse_sim.render.light_selection import (
     strongest_lights,
 )
 from warehouse_sim.render.painted_mesh import PaintedMesh, painted_meshes
-from warehouse_sim.render.textures import NO_CHANGE, albedo_factor, picture_albedo
+from warehouse_sim.render.textures import NO_CHANGE, albedo_factor, picture_albedo, veil
 from warehouse_sim.scene.lighting.photometry import as_cone
 from warehouse_sim.schema import Light, Material, ObjectInstance, SceneSpec
 
@@ -81,7 +81,7 @@ def add_material(spec: mujoco.MjSpec, name: str, material: Material, white: floa
     f0 = float(np.mean(0.04 * (1.0 - material.metallic) + base * material.metallic))
     item = spec.add_material(
         name=name,
-        rgba=[*(glow if material.emission > 0 else shown), material.opacity],
+        rgba=[*(glow if material.emission > 0 else shown), veil(material)],
         emission=1.0 if material.emission > 0 else 0.0,
         specular=min((exponent + 8.0) / 8.0 * f0, 1.0),
         shininess=float(np.clip(exponent / 128.0, 0.0, 1.0)),

@@ -16,7 +16,14 @@ from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.pathtrace.lights import LightSampler, Sky
 from warehouse_sim.render.pathtrace.materials import albedo_factor, gloss, scattering
 from warehouse_sim.render.renderer import NOTHING_COVERED, AmodalMask
-from warehouse_sim.render.textures import box_projection, edge_order, picture_coordinates, texture_shift
+from warehouse_sim.render.textures import (
+    WOUND,
+    box_projection,
+    edge_order,
+    picture_coordinates,
+    texture_shift,
+    veil,
+)
 from warehouse_sim.schema import Material, ObjectInstance, Part, SceneSpec
 
 
@@ -106,7 +113,7 @@ def _mesh_triangles(
     elif material.texture is None:
         texture = np.zeros((*metres.shape[:-1], 2))
     else:
-        order = edge_order(np.ptp(mesh.vertices, axis=0) * scale)
+        order = edge_order(np.ptp(mesh.vertices, axis=0) * scale, material.texture == WOUND)
         shift = texture_shift(ids, np.array([item.number for item in placed]))
         tile = np.array([material.texture_size * stretch(material.texture), material.texture_size])
         texture = box_projection(metres, normals[:, :, None], order[:, None, None]) / tile + shift[:, None, None]
@@ -243,4 +250,4 @@ def _mitsuba_scene(groups: Sequence[MaterialTriangles]) -> Any:
 
 
 def _film_surface(material: Material) -> FilmSurface:
-    return FilmSurface(material.opacity, gloss(material), albedo_factor(material))
+    return FilmSurface(veil(material), gloss(material), albedo_factor(material))

@@ -12,7 +12,7 @@ from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
 from warehouse_sim.catalog.textures import stretch
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.textures import NO_CHANGE, read_texture_set
+from warehouse_sim.render.textures import NO_CHANGE, WOUND, read_texture_set, veil
 from warehouse_sim.schema import Material
 from warehouse_sim.schema.things import RETROREFLECTIVE
 
@@ -144,8 +144,8 @@ class MaterialTable:
     """One row a material in a float texture, and the texture sets and pictures that they name.
 
     Columns: base colour and roughness; metallic, emission, layer of the texture or -1, tiles a metre across the grain;
-    tiles a metre along the grain, opacity, layer of the picture, or -2 where ribs are painted instead, or -1,
-    and 1 for retroreflectors.
+    tiles a metre along the grain, veil, layer of the picture, or -2 where ribs are painted instead, -3 for wound film,
+    else -1, and 1 for retroreflectors.
 
     Args:
         context: Where to upload to.
@@ -178,9 +178,9 @@ class MaterialTable:
             along = item.texture_size * (stretch(item.texture) if item.texture is not None else 1)
             values[row, 0] = [*item.base_color, item.roughness]
             values[row, 1] = [item.metallic, item.emission, layer, 1.0 / item.texture_size]
-            paint = -2 if item.name in ribbed else -1
+            paint = -2 if item.name in ribbed else -3 if item.texture == WOUND and item.opacity < 1.0 else -1
             picture = shown[item.picture] if item.picture is not None else paint
-            values[row, 2] = [1.0 / along, item.opacity, picture, item.remission >= RETROREFLECTIVE]
+            values[row, 2] = [1.0 / along, veil(item), picture, item.remission >= RETROREFLECTIVE]
         self.retroreflectors = bool((values[:, 2, 3] > 0).any())
         """Whether any of them is one."""
         self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")

@@ -14,7 +14,7 @@ from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.coarse_scene import JOINED_GOODS
 from warehouse_sim.render.raster.projection import NEAR
-from warehouse_sim.render.textures import edge_order, texture_shift
+from warehouse_sim.render.textures import WOUND, edge_order, texture_shift
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Part, SceneSpec
 
 _SKIN = 0.0015
@@ -159,7 +159,8 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
     template["scale"] = scale
     template["identity"][:, 0] = ids
     template["identity"][:, 1] = [material_row[instance.material_of(part)] for instance, _, part in entries]
-    template["identity"][:, 2] = edge_order(high - low) @ np.array([1, 4, 16])
+    wound = np.array([scene.materials[instance.material_of(part)].texture == WOUND for instance, _, part in entries])
+    template["identity"][:, 2] = edge_order(high - low, wound) @ np.array([1, 4, 16])
     template["identity"][:, 3] = np.argmin(high - low, axis=1)
     template["texture_shift"] = texture_shift(ids, np.array([number for _, number, _ in entries]))
     template["picture"] = _picture_frame(low, high)

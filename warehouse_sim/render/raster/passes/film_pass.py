@@ -78,9 +78,10 @@ class FilmPass:
     def _program_for(self, lighting: Lighting) -> moderngl.Program:
         """Return the program for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._programs:
+            constants = lighting.constants()
             program = self._context.program(
-                vertex_shader=source("place.glsl", "box_projection.glsl", "field.glsl", "film.vert"),
-                fragment_shader=source("lights.glsl", "lighting.glsl", "film.frag", **lighting.constants()),
+                vertex_shader=source("place.glsl", "box_projection.glsl", "field.glsl", "film.vert", **constants),
+                fragment_shader=source("lights.glsl", "lighting.glsl", "film.frag", **constants),
             )
             assign(program, near=NEAR, window=(WINDOW_PX, WINDOW_PX), **UNITS)
             self._programs[lighting.variant] = program

@@ -5,7 +5,7 @@ flat out vec3 normal;
 flat out vec3 tangent;
 out vec3 point;
 out vec2 texture_coordinate;
-out vec3 around;
+out vec4 around;
 
 void main() {
     vec3 n = normalize(in_normal / in_scale);
@@ -15,6 +15,7 @@ void main() {
     tangent = in_rotation * projected.tangent;
     texture_coordinate = projected.tile;
     point = camera_position();
-    around = light_around(point, normal).irradiance;
+    Around light = light_around(point, normal);
+    around = vec4(light.irradiance, dot(light.mirrored, LUMINANCE));
     gl_Position = clip_position(point, origin);
 }
