@@ -19,7 +19,8 @@ from warehouse_sim.catalog.racks.pallet_racks import FRAME_HEIGHTS, RACK_BEAMS, 
 from warehouse_sim.catalog.racks.small_parts import BINS
 from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES
 from warehouse_sim.catalog.traffic.obstacles import WRAPS as HANGING_WRAPS
-from warehouse_sim.catalog.traffic.people import ON_TRUCKS, PEOPLE, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.people import PEOPLE, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.poses import ON_TRUCKS
 from warehouse_sim.catalog.traffic.working import WORKING
 
 

@@ -7,7 +7,8 @@ from tests.catalog.covering import bare_distances
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.shipped import FINE_STANDING, STANDING
 from warehouse_sim.catalog.traffic.obstacles import CONES, FINE_CONES
-from warehouse_sim.catalog.traffic.people import ON_TRUCKS, WORKERS, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.people import WORKERS, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.poses import ON_TRUCKS
 from warehouse_sim.catalog.traffic.working import WORKING, truck_frame
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import Triple, mesh_part, solid_part
+from warehouse_sim.catalog.traffic.poses import POSES, WORKER_POSES, Pose, planted
 from warehouse_sim.catalog.traffic.shapes import assembled, centre_of, limb_box, smoothed, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
@@ -78,24 +79,6 @@ class Worker:
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Angles of the limbs in the vertical plane (deg), forwards positive; left, then right."""
-
-    thighs: tuple[float, float]
-    """Thighs against the vertical."""
-    shanks: tuple[float, float]
-    """Shanks against the vertical."""
-    arms: tuple[float, float]
-    """Upper arms against the vertical."""
-    forearms: tuple[float, float]
-    """Forearms against the vertical."""
-    feet: tuple[float, float]
-    """Feet against the floor, toes up positive."""
-    lean: float = 0.0
-    """Trunk, head and arms against the vertical, about the hips."""
-
-
-@dataclass(frozen=True)
 class Grain:
     """How finely the body is divided: shading is flat, so that a few facets are seen as facets."""
 
@@ -123,6 +106,7 @@ class Figure:
         self.worker, self._h, self._hg = worker, worker.stature, worker.stature * worker.girth
         self.parts: list[Part] = []
         self.boxes: list[OrientedBox] = []
+        pose = planted(pose, self._reach)
         legs = [self._leg(side, pose, number) for number, side in enumerate((1.0, -1.0))]
         # The hips are as high as the lower foot lets them be.
         hip = -min(float(part.placed().vertices[:, 2].min()) for parts, _ in legs for part in parts)
@@ -145,6 +129,12 @@ class Figure:
     def _add(self, piece: Piece, T: Transform) -> None:
         self.parts += [_moved(part, T) for part in piece[0]]
         self.boxes += [OrientedBox(T @ box.T_parent_box, box.size) for box in piece[1]]
+
+    def _reach(self, pose: Pose, number: int) -> tuple[float, float]:
+        """Return how far below the hip a leg reaches with its shoe, and with its trousers (m)."""
+        trouser, *shoe = self._leg(1.0 - 2.0 * number, pose, number)[0]
+        foot, knee = (-min(part.placed().vertices[:, 2].min() for part in parts) for parts in (shoe, [trouser]))
+        return float(foot), float(knee)
 
     def _leg(self, side: float, pose: Pose, number: int) -> Piece:
         """Return trouser leg and shoe, with the hip at z = 0."""
@@ -287,11 +277,6 @@ WORKERS = {
     "tall": Worker(174, 1.855, 1.08, 103.0, "hivis_yellow", "hivis_yellow", "cloth_grey", "skin_dark", "helmet_white"),
 }
 """Stature in the catalog name -> person."""
-POSES = {
-    "standing": Pose((2.0, -1.0), (-2.0, -3.0), (-4.0, 6.0), (12.0, 62.0), (0.0, 0.0)),
-    "walking": Pose((24.0, -16.0), (10.0, -38.0), (-24.0, 22.0), (-4.0, 44.0), (8.0, -26.0)),
-}
-"""Pose in the catalog name -> angles."""
 PEOPLE = {f"person_{stature}_{pose}": (stature, pose) for stature in WORKERS for pose in POSES}
 """Catalog name -> stature and pose."""
 
@@ -304,18 +289,6 @@ def person(name: str) -> ObjectModel:
     return assembled(name, "person", obj_id, figure.parts, figure.boxes, WORKERS[stature].mass)
 
 
-WORKER_POSES = {
-    "waiting": Pose((3.0, -2.0), (-1.0, -4.0), (-3.0, 14.0), (10.0, 96.0), (0.0, 0.0)),
-    "striding": Pose((-18.0, 27.0), (-42.0, 12.0), (24.0, -26.0), (48.0, -2.0), (-28.0, 10.0), 4.0),
-    "pushing": Pose((30.0, -14.0), (-4.0, -34.0), (42.0, 38.0), (74.0, 72.0), (0.0, -22.0), 12.0),
-    "kneeling": Pose((84.0, 2.0), (2.0, -88.0), (34.0, 30.0), (62.0, 66.0), (0.0, -62.0), 16.0),
-    "lifting": Pose((58.0, 44.0), (-24.0, -36.0), (28.0, 26.0), (46.0, 44.0), (0.0, -10.0), 38.0),
-    "seated": Pose((84.0, 80.0), (20.0, 24.0), (34.0, 30.0), (82.0, 88.0), (4.0, 6.0)),
-    "driving": Pose((4.0, -3.0), (0.0, -6.0), (22.0, 26.0), (78.0, 82.0), (0.0, 0.0), 2.0),
-}
-"""Pose in the catalog name of a finely divided worker -> angles; the last two are drivers', seated and standing."""
-ON_TRUCKS = ("seated", "driving")
-"""Poses of those who drive."""
 _FIRST_ID = 550
 WORKERS_BY_NAME = {f"worker_{stature}_{pose}": (stature, pose) for stature in WORKERS for pose in WORKER_POSES}
 """Catalog name -> stature and pose."""

@@ -15,6 +15,7 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.painted_mesh import require_renderable
 from warehouse_sim.render.raster.amodal_mask_atlas import AmodalMaskAtlas
 from warehouse_sim.render.raster.context import describe, open_context
+from warehouse_sim.render.raster.light.contact import ContactMapper
 from warehouse_sim.render.raster.light.lighting import MAX_LIGHTS, LightBlock
 from warehouse_sim.render.raster.light.shadows import ShadowAtlas
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
@@ -106,6 +107,7 @@ class RasterRenderer(ClosingRenderer):
             self._pictures = PictureLibrary(self._context)
             self._meshes = MeshLibrary(self._context)
             self._shadows = ShadowAtlas(self._context)
+            self._contacts = ContactMapper(self._context)
             self._amodal_masks = AmodalMaskAtlas(self._context)
         self._scene: LoadedScene | None = None
         self._targets: ImageTargets | None = None
@@ -122,7 +124,14 @@ class RasterRenderer(ClosingRenderer):
             if before is None or not before.holds_what(scene):
                 require_renderable(scene)
             self._scene = LoadedScene(
-                context, scene, self._shadows, self._textures, self._pictures, self._meshes, before
+                context,
+                scene,
+                self._shadows,
+                self._contacts,
+                self._textures,
+                self._pictures,
+                self._meshes,
+                before,
             )
             del before
             context.gc()

@@ -9,6 +9,7 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
 from warehouse_sim.render.light_selection import light_geometry, point_ahead, strongest_lights
+from warehouse_sim.render.raster.light.contact import ContactMap, ContactMapper
 from warehouse_sim.render.raster.light.lighting import (
     MAX_LIGHTS,
     DistributionTexture,
@@ -35,6 +36,7 @@ class LoadedScene:
         context: Where to upload to.
         spec: The scene; see ``require_renderable``.
         shadows: Is rendered for this scene, and serves it until another scene is rendered there.
+        contacts: Draws where things stand on the floor.
         textures: Gains the textures that the scene names.
         pictures: Holds the pictures that the scene names from now on.
         meshes: Holds the meshes of the scene from now on.
@@ -49,12 +51,13 @@ class LoadedScene:
         context: moderngl.Context,
         spec: SceneSpec,
         shadows: ShadowAtlas,
+        contacts: ContactMapper,
         textures: TextureLibrary,
         pictures: PictureLibrary,
         meshes: MeshLibrary,
         before: "LoadedScene | None" = None,
     ) -> None:
-        self._context, self._spec, self._shadows = context, spec, shadows
+        self._context, self._spec, self._shadows, self._contacts = context, spec, shadows, contacts
         change = SceneChange.between(None if before is None else before._spec, spec)
         if before is None or change.emission or change.objects:
             self.materials = MaterialTable(context, spec.materials, textures, pictures, ribbed_materials(spec))
@@ -66,9 +69,11 @@ class LoadedScene:
             self.objects = ObjectIndex.of(self.table)
             self._rendered: tuple[bytes, ...] | None = None
             self._tiles: list[ShadowTile] = []
+            self._contact: ContactMap | None = None
         else:
             self.table, self.objects = shown.table, shown.objects
             self._rendered, self._tiles = shown._rendered, shown._tiles
+            self._contact = shown._contact
         same_area = None if shown is None or change.area else shown
         self._gatherer: LightGatherer | None = None if same_area is None else same_area._gatherer
         self._field: FieldTexture | None = None if same_area is None or change.lights else same_area._field
@@ -91,6 +96,7 @@ class LoadedScene:
             MissingPackageError: Embree is not installed.
         """
         field = self._field_of_light()
+        self._contact = self._contact or self._contacts.draw(self.table, self.batches)
         place = point_ahead(T_world_camera)
         kept = strongest_lights(self._spec.lights, MAX_LIGHTS, place)
         casting = [light for light in kept if light.kind == "spot" and light.casts_shadow]
@@ -107,6 +113,7 @@ class LoadedScene:
             self._shadows,
             self.materials,
             field,
+            self._contact,
             self._spec.ambient,
             self._spec.exposure,
             self._distributions,

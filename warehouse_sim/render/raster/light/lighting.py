@@ -12,6 +12,7 @@ from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.render.irradiance import FieldLevel, IrradianceField
 from warehouse_sim.render.light_selection import GROUND, map_ramp
+from warehouse_sim.render.raster.light.contact import ContactMap
 from warehouse_sim.render.raster.light.shadows import ATLAS_PX, BLOCK_TEXELS, SHADOW_NEAR, ShadowAtlas, ShadowTile
 from warehouse_sim.render.raster.surfaces import TEXTURE_EDGE_PX, MaterialTable
 from warehouse_sim.schema import IntensityDistribution, Light
@@ -155,6 +156,7 @@ UNITS = {
     "shadow_blockers": 14,
     "paint_map": 15,
     "distributions": 16,
+    "contact_map": 17,
 } | {
     name: 6 + number
     for number, name in enumerate(
@@ -195,6 +197,8 @@ class Lighting:
     materials: MaterialTable
     field: FieldTexture
     """Light from the surroundings."""
+    contact: ContactMap
+    """What is left of both where things stand on the floor."""
     ambient: float
     """Illuminance (lx) of the even light from above."""
     exposure: float
@@ -232,7 +236,7 @@ class Lighting:
         """Return the uniforms of ``lighting.glsl``, ``field.glsl`` and the sky for a view."""
         sky = self.ambient / np.pi
         view = {"up": tuple(T_world_camera[2, :3]), "sky": sky, "ground": GROUND * sky, "exposure": self.exposure}
-        return view | self.field.uniforms(T_world_camera)
+        return view | self.field.uniforms(T_world_camera) | self.contact.uniforms(T_world_camera)
 
 
 class LightBlock:
@@ -250,5 +254,6 @@ class LightBlock:
         lighting.shadows.depth.use(UNITS["shadow_atlas"])
         lighting.shadows.blockers.use(UNITS["shadow_blockers"])
         lighting.field.texture.use(UNITS["field"])
+        lighting.contact.texture.use(UNITS["contact_map"])
         if lighting.distributions is not None:
             lighting.distributions.texture.use(UNITS["distributions"])

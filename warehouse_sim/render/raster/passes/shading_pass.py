@@ -90,7 +90,7 @@ class SoftLightPass:
                 "SHADOW_TAPS": _SHADOW_TAPS,
                 "SHADOW_DISK": spiral(_SHADOW_TAPS, 0.5),
             }
-            shader = FullScreen(self._context, *files, "field.glsl", "soft.frag", **constants)
+            shader = FullScreen(self._context, *files, "field.glsl", "contact.glsl", "soft.frag", **constants)
             shader.assign(near=NEAR, **UNITS)
             self._shaders[count] = shader
         return self._shaders[count]

@@ -14,6 +14,8 @@ void main() {
     out_depth = stored;
     ivec2 block = ivec2(gl_FragCoord.xy) & 3;
     out_near_light = near_light(vec2(at) + 0.5, p, n, 6.2831853 / 16.0 * float(block.x * 4 + (block.y ^ block.x)));
+    float foot = light_at_foot(p);
+    out_near_light = min(out_near_light, foot);
 
     Around around = light_around(p, n);
     out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE));
@@ -22,6 +24,6 @@ void main() {
     float angle = 1.5707963 / 4.0 * float((block.x & 1) * 2 + ((block.x ^ block.y) & 1));
     mat2 turn = mat2(cos(angle), sin(angle), -sin(angle), cos(angle));
     ADD_SHADOWS                    // seen[0][0] = visibility(0, p, n, turn); ...: constant indices cost far less
-    out_visibility[0] = seen[0];
-    out_visibility[1] = seen[1];
+    out_visibility[0] = seen[0] * foot;
+    out_visibility[1] = seen[1] * foot;
 }
