@@ -13,7 +13,7 @@ from warehouse_sim.dataset.files.json_file import read_table, write_json
 from warehouse_sim.dataset.files.record import Length, Lengths, Name, Record, Rigid
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.mesh import TriangleMesh, diameter
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Pocket
 
@@ -111,7 +111,7 @@ def object_info(model: ObjectModel, root: Path) -> ObjectInfo:
         name=model.name,
         class_name=model.class_name,
         size=np.asarray(model.size, dtype=float),
-        diameter=diameter(model.mesh().vertices) if model.parts else float(np.linalg.norm(model.size)),
+        diameter=model.diameter,
         symmetry=model.symmetry,
         pockets=model.pockets,
         root=root,

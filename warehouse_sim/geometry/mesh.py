@@ -71,13 +71,24 @@ _FEW, _CELLS = 512, 24
 
 def diameter(points: Float[np.ndarray, "n 3"]) -> float:
     """Return the largest distance (m) between any two of ``points``, in blocks to bound memory."""
-    unique = _possible_ends(np.unique(points, axis=0))
-    largest = 0.0
-    for start in range(0, len(unique), 512):
-        block = unique[start : start + 512]
-        squared = ((block[:, None] - unique[None]) ** 2).sum(axis=-1)
-        largest = max(largest, float(squared.max()))
-    return float(np.sqrt(largest))
+    # Imported on use: it takes longer to import than all of geometry.
+    from scipy.spatial.distance import cdist
+
+    ends = _possible_ends(_unique_rows(points)[0])
+    squared = (cdist(ends[start : start + 512], ends, "sqeuclidean") for start in range(0, len(ends), 512))
+    return float(np.sqrt(max(float(block.max()) for block in squared)))
+
+
+def _unique_rows(
+    points: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "k 3"], Int[np.ndarray, " n"]]:
+    """Return the rows that differ, sorted, and which of them each row is; faster than NumPy's sort of whole rows."""
+    order = np.lexsort(points.T[::-1])
+    placed = points[order]
+    is_first = np.concatenate([[True], (placed[1:] != placed[:-1]).any(axis=1)])
+    inverse = np.empty(len(points), dtype=np.int64)
+    inverse[order] = np.cumsum(is_first) - 1
+    return placed[is_first], inverse
 
 
 def _possible_ends(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "k 3"]:
@@ -117,7 +128,7 @@ def grid_box(size: Float[np.ndarray, " 3"], spacing: float) -> TriangleMesh:
     """
     counts = np.maximum(np.ceil(np.asarray(size) / spacing - 1e-9), 1).astype(int)
     corners = [_side(counts, axis, end) for axis in range(3) for end in (0, 1)]
-    lattice, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
+    lattice, index = _unique_rows(np.concatenate(corners))
     return TriangleMesh((lattice / counts - 0.5) * size, index.reshape(-1, 3).astype(np.int32))
 
 
@@ -140,7 +151,7 @@ def split_long_edges(mesh: TriangleMesh, longest: float) -> TriangleMesh:
         middle = (a + b) / 2.0
         halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
         triangles = np.concatenate([triangles[~too_long], *halves])
-    vertices, index = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, index = _unique_rows(triangles.reshape(-1, 3))
     return TriangleMesh(vertices, index.reshape(-1, 3).astype(np.int32))
 
 

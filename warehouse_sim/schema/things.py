@@ -1,13 +1,14 @@
 """What things are: materials, parts, pockets, and the model of an object that is made of them."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge
 from warehouse_sim.geometry.pose import SymmetryGroup, Transform, transform_points
 
 RETROREFLECTIVE = 2.0
@@ -131,3 +132,8 @@ class ObjectModel:
     def mesh(self) -> TriangleMesh:
         """Return all parts as one mesh in the object frame (m)."""
         return merge([part.placed() for part in self.parts])
+
+    @cached_property
+    def diameter(self) -> float:
+        """Largest distance between two points of its surface (m), of its boxes' size where it has none."""
+        return diameter(self.mesh().vertices) if self.parts else float(np.linalg.norm(self.size))

@@ -1,6 +1,7 @@
 """BOP models: the CAD surface to render, and the same surface meshed evenly, whose vertices pose errors use."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.formats.bop import BopLayout
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.mesh import TriangleMesh, diameter, grid_box, merge, split_long_edges, unit_box
+from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, split_long_edges, unit_box
 from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, transform_points
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import ObjectModel, Part
@@ -80,6 +81,7 @@ def write_models(folder: Path, models: Sequence[ObjectModel]) -> None:
         write_checksums(layout.models_info(kind).parent, [layout.model(kind, obj_id).name for obj_id in infos])
 
 
+@lru_cache(maxsize=64)
 def even_mesh(model: ObjectModel) -> TriangleMesh:
     """Return the surface of ``model`` (m) with 2,000 to 4,000 evenly spread vertices.
 
@@ -112,7 +114,7 @@ def model_info(model: ObjectModel, mesh_mm: TriangleMesh) -> dict[str, Any]:
     """Return a row of models_info.json of a model and its mesh in millimetres."""
     low, high = mesh_mm.vertices.min(axis=0), mesh_mm.vertices.max(axis=0)
     # Of the CAD vertices: those added on its faces lie between them and cannot be farther apart.
-    info = {"diameter": diameter(model.mesh().vertices) * 1000.0}
+    info = {"diameter": model.diameter * 1000.0}
     info |= {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
     info |= {f"size_{axis}": float(value) for axis, value in zip("xyz", high - low, strict=True)}
     return info | symmetry_rows(model.symmetry)
