@@ -129,7 +129,11 @@ def finished(folder: Path = FOLDER) -> list[Path]:
 
 
 def main(
-    minutes: float = 240.0, processes: int = os.cpu_count() or 1, folder: Path = FOLDER, parts: int = 1042
+    minutes: float = 240.0,
+    processes: int = os.cpu_count() or 1,
+    folder: Path = FOLDER,
+    first: int = 0,
+    parts: int = 1042,
 ) -> None:
     """Make parts until the time is over; what is unfinished then is gone on with next time.
 
@@ -137,12 +141,13 @@ def main(
         minutes: Time after which no part is begun (minutes).
         processes: Parts that are made at once.
         folder: Where they are kept.
-        parts: Most parts in all, of 48 observations each.
+        first: Number of the first part.
+        parts: Most parts, of 48 observations each.
     """
     make_folder(folder)
     until = time.time() + 60.0 * minutes
     with one_writer(folder), ProcessPoolExecutor(processes, get_context("spawn")) as pool:
-        for _ in pool.map(partial(make_part, folder, until), range(parts)):
+        for _ in pool.map(partial(make_part, folder, until), range(first, first + parts)):
             pass
     print(f"{len(finished(folder))} parts in {folder}")
 
