@@ -12,6 +12,7 @@ from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 
 _OCCLUSION_TAPS = 8
 _SHADOW_TAPS = 6
+_DETAIL_BIAS = -0.8
 _GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -135,7 +136,8 @@ class ShadingPass:
         """Fill ``target`` with the image of what ``geometry`` holds."""
         self._soft_light.draw(geometry, camera, T_world_camera, lighting)
         shader = self._shader_for(lighting)
-        shader.assign(intrinsics=window_intrinsics(camera), **lighting.uniforms(T_world_camera))
+        shader.assign(intrinsics=window_intrinsics(camera), eye_height=float(T_world_camera[2, 3]))
+        shader.assign(**lighting.uniforms(T_world_camera))
         self._draw(shader, target, geometry)
 
     def render_normals(self, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
@@ -151,8 +153,9 @@ class ShadingPass:
     def _shader_for(self, lighting: Lighting) -> FullScreen:
         """Return the shader for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl", "shade.frag")
-            shader = FullScreen(self._context, *files, **lighting.constants())
+            files = ("surface.glsl", "pack.glsl", "fine.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl")
+            files += ("fine_detail.glsl", "shade.frag")
+            shader = FullScreen(self._context, *files, DETAIL_BIAS=_DETAIL_BIAS, **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader
         return self._shaders[lighting.variant]
