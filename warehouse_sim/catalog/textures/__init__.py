@@ -63,9 +63,9 @@ _DETAIL_SEED = 0xDE7A
 _ON_WOOD = Detail("detail_wood", 0.25, "detail_wood_end")
 _ON_BOARD = Detail("detail_board", 0.25)
 DETAIL_OF = {
-    **dict.fromkeys(("slab", "concrete", "concrete_worn"), Detail("detail_concrete", 0.5)),
-    **dict.fromkeys(("precast", "blockwork"), Detail("detail_plaster", 0.5)),
-    **dict.fromkeys(("coat", "epoxy", "epoxy_worn"), Detail("detail_plaster", 0.4)),
+    **dict.fromkeys(("slab", "concrete_worn"), Detail("detail_concrete", 0.8)),
+    **dict.fromkeys(("precast", "blockwork"), Detail("detail_plaster", 1.2)),
+    **dict.fromkeys(("concrete", "coat", "epoxy", "epoxy_worn"), Detail("detail_plaster", 0.6)),
     **dict.fromkeys(("wood", "wood_worn"), _ON_WOOD),
     **dict.fromkeys(("liner", "kraft", "kraft_worn"), _ON_BOARD),
     **dict.fromkeys(("enamel", "steel", "steel_worn"), Detail("detail_coating", 0.2)),

@@ -31,7 +31,7 @@ class Detail:
 
 def detail_concrete(rng: np.random.Generator) -> Tile:
     """Paint trowelled mortar: sand, aggregate that shows through, pores, crazing as fine as a hair."""
-    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.7, 0.9, 1.0, 1.1, 1.2, 1.3))
+    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.4, 0.9, 1.2, 1.4, 1.6, 1.8))
     sand = value_noise(rng, SIZE, SIZE, SIZE) - 0.5
     owner, near, _ = grains(rng, SIZE, 56)
     tone, shown = rng.random((2, 56 * 56))
@@ -39,7 +39,7 @@ def detail_concrete(rng: np.random.Generator) -> Tile:
     owner, near, _ = grains(rng, SIZE, 48)
     pores = smooth_step((0.10 * (rng.random(48 * 48)[owner] - 0.6) - near) / 0.012)
     cracks = _crazing(rng, 9)
-    albedo = 1.0 + 0.36 * fine + 0.30 * sand + 0.30 * stones - 0.40 * pores - 0.16 * cracks
+    albedo = 1.0 + 0.29 * fine + 0.28 * sand + 0.26 * stones - 0.40 * pores - 0.16 * cracks
     height = 0.5 * fine + 0.25 * sand - 0.9 * pores - 0.3 * cracks
     return Tile(albedo, height, 1.0 + 0.35 * fine - 0.2 * stones + 0.2 * pores)
 
@@ -47,10 +47,10 @@ def detail_concrete(rng: np.random.Generator) -> Tile:
 def detail_plaster(rng: np.random.Generator) -> Tile:
     """Paint a rolled or cast wall: the stipple of the roller, pinholes, dust on what stands out."""
     stipple = softened(octaves(rng, SIZE, 90, 90, 2)) - 0.5
-    fine = _rough(rng, (16, 32, 64, 128, 256), (0.5, 0.7, 0.9, 1.0, 1.1))
+    fine = _rough(rng, (16, 32, 64, 128, 256), (0.9, 1.0, 1.0, 1.1, 1.2))
     owner, near, _ = grains(rng, SIZE, 40)
     holes = smooth_step((0.06 * (rng.random(40 * 40)[owner] - 0.75) - near) / 0.008)
-    albedo = 1.0 + 0.24 * fine + 0.16 * stipple - 0.30 * holes
+    albedo = 1.0 + 0.32 * fine + 0.2 * stipple - 0.30 * holes
     return Tile(albedo, 1.1 * stipple + 0.2 * fine - 0.8 * holes, 1.0 + 0.2 * stipple + 0.1 * fine)
 
 
@@ -63,8 +63,8 @@ def detail_board(rng: np.random.Generator) -> Tile:
     place = (np.arange(SIZE) + 0.5) * (_FLUTES / SIZE)
     fraction = place - np.floor(place)
     flutes = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction))[None, :] * (0.6 + 0.8 * octaves(rng, SIZE, 8, 8, 2))
-    albedo = 1.0 + 0.20 * pulp - 0.11 * fibres - 0.24 * shives - 0.09 * (flutes - 0.5)
-    return Tile(albedo, 0.55 * flutes + 0.10 * fibres + 0.15 * pulp, 1.0 + 0.1 * pulp - 0.06 * flutes)
+    albedo = 1.0 + 0.16 * pulp - 0.10 * fibres - 0.22 * shives - 0.05 * (flutes - 0.5)
+    return Tile(albedo, 0.35 * flutes + 0.10 * fibres + 0.15 * pulp, 1.0 + 0.1 * pulp - 0.06 * flutes)
 
 
 def detail_wood(rng: np.random.Generator) -> Tile:

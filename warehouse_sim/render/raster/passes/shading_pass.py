@@ -12,7 +12,7 @@ from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 
 _OCCLUSION_TAPS = 8
 _SHADOW_TAPS = 6
-_DETAIL_BIAS = -0.8
+_DETAIL_BIAS = -1.2
 _GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 

@@ -31,15 +31,15 @@ vec3 tinted(float number, float lighter, float warmer) {
 
 vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     if (kind == TAPE) return tinted(f.thing, 0.12, 0.08);
-    vec3 factor = kind == WOOD ? tinted(f.part, 0.24, 0.05) : tinted(f.thing, 0.16, 0.035);
+    vec3 factor = kind == WOOD ? tinted(f.part, 0.32, 0.07) : tinted(f.thing, 0.17, 0.035);
     vec2 room = (1.0 - abs(f.place)) * f.half_edges;
     float d = max(min(room.x, room.y), 0.0), rub = waves(metres * 60.0, f.part);
     bool thin = min(f.half_edges.x, f.half_edges.y) < THIN;
     if (kind == BOARD && !thin) {
-        float gap = overlap(d, pixel_m, 0.0, 0.0022);
-        float pale = overlap(d, pixel_m, 0.0022, 0.009 + 0.006 * rub) * (0.6 + 0.4 * rub);
+        float gap = overlap(d, pixel_m, 0.0, 0.003);
+        float pale = overlap(d, pixel_m, 0.003, 0.010 + 0.006 * rub) * (0.6 + 0.4 * rub);
         float corner = clamp(1.0 - (room.x + room.y) / 0.06, 0.0, 1.0);
-        factor *= (1.0 - 0.55 * gap) * (1.0 + 0.16 * pale + 0.18 * corner * (0.5 + 0.5 * rub));
+        factor *= (1.0 - 0.65 * gap) * (1.0 + 0.16 * pale + 0.18 * corner * (0.5 + 0.5 * rub));
     }
     if (kind == WOOD) {
         float arris = overlap(d, pixel_m, 0.0, 0.0025);
