@@ -12,7 +12,6 @@ from warehouse_sim.render.raster.projection import NEAR, window_intrinsics
 
 _OCCLUSION_TAPS = 8
 _SHADOW_TAPS = 6
-_DETAIL_BIAS = -1.2
 _GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -155,7 +154,7 @@ class ShadingPass:
         if lighting.variant not in self._shaders:
             files = ("surface.glsl", "pack.glsl", "fine.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl")
             files += ("fine_detail.glsl", "shade.frag")
-            shader = FullScreen(self._context, *files, DETAIL_BIAS=_DETAIL_BIAS, **lighting.constants())
+            shader = FullScreen(self._context, *files, **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader
         return self._shaders[lighting.variant]

@@ -50,6 +50,12 @@ vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     return factor;
 }
 
+// Finer than a pixel, the more so the farther: means over whole pixels are smoother than what a lens, a colour filter and
+// sharpening make of real grain. Of noise a sample is as good as another.
+float sharp_level(float footprint) {
+    return 0.8 * log2(footprint) - 0.7;
+}
+
 // tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m.
 void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float pixel) {
     vec4 detail = texelFetch(materials, ivec2(3, row), 0);
@@ -61,10 +67,9 @@ void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float 
     if (detail.w > 0.0) factor = worn(f, metres, detail.w, width, dot(up, s.p) + eye_height);
     if (detail.x >= 0.0) {
         if (detail.w == WOOD && f.across_grain) detail.xyz = texelFetch(materials, ivec2(4, row), 0).xyz;
-        // As wide as a pixel across the line of sight: along it the grain is finer than the pixel, and stays rough.
         float footprint = width * inversesqrt(sqrt(s.nv)) * detail.z * float(TEXTURE_PX);
         vec2 at = metres * detail.yz + f.part * vec2(7.0, 13.0);
-        vec4 texel = textureLod(textures, vec3(at, detail.x), log2(footprint) + DETAIL_BIAS) * 255.0;  // see surfaces.py
+        vec4 texel = textureLod(textures, vec3(at, detail.x), sharp_level(footprint)) * 255.0;  // see surfaces.py
         factor *= texel.x / 128.0;
         s.roughness = clamp(s.roughness * texel.w / 128.0, 0.05, 1.0);
         s.a = s.roughness * s.roughness;
