@@ -142,6 +142,8 @@ _LIMIT = 4096  # the geometry buffer stores a material in twelve bits
 
 _KINDS = {"liner": 1, "kraft": 1, "kraft_worn": 1, "wood": 3, "wood_worn": 3}
 """Texture -> how single things of it differ, as ``fine_detail.glsl`` numbers it; board with a picture is 2, tape 4."""
+_COATS = ("detail_coating", "detail_zinc")
+"""Details of things that do not differ, and that are even from afar: 5."""
 
 
 def _detail_rows(material: Material, layers: dict[str, int]) -> Float32[np.ndarray, "2 4"]:
@@ -152,6 +154,8 @@ def _detail_rows(material: Material, layers: dict[str, int]) -> Float32[np.ndarr
     if material.name.startswith("tape"):
         kind = 4
     detail = DETAIL_OF.get(material.texture or "")
+    if detail is not None and detail.name in _COATS:
+        kind = 5
     if detail is None:
         return np.array([[-1, 0, 0, kind or -1], [0, 0, 0, 0]], np.float32)
     rows = [[layers[detail.name], 1.0 / (detail.size * stretch(detail.name)), 1.0 / detail.size, kind]]

@@ -3,7 +3,8 @@
 uniform vec3 up;                  // world z in the camera frame
 uniform float eye_height;         // of the camera over the floor (m)
 
-const float BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0;  // see surfaces.py
+const float BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0;  // see surfaces.py
+const float SMOOTH = 16.0;        // texels of grain of a coat in a pixel, from which on it is even
 const float THIN = 0.03;          // half edges of faces below which edges are not worn (m)
 
 // The fraction of a stretch of width w around d that lies between a and b.
@@ -64,12 +65,14 @@ void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float 
     vec2 metres = f.place * f.half_edges;
     float width = s.p.z * pixel, metallic = texelFetch(materials, ivec2(1, row), 0).x;
     vec3 factor = vec3(1.0);
-    if (detail.w > 0.0) factor = worn(f, metres, detail.w, width, dot(up, s.p) + eye_height);
+    if (detail.w > 0.0 && detail.w != COAT) factor = worn(f, metres, detail.w, width, dot(up, s.p) + eye_height);
+    if (detail.w == COAT && width * detail.z * float(TEXTURE_PX) > SMOOTH) detail.x = -1.0;
     if (detail.x >= 0.0) {
         if (detail.w == WOOD && f.across_grain) detail.xyz = texelFetch(materials, ivec2(4, row), 0).xyz;
         float footprint = width * inversesqrt(sqrt(s.nv)) * detail.z * float(TEXTURE_PX);
         vec2 at = metres * detail.yz + f.part * vec2(7.0, 13.0);
-        vec4 texel = textureLod(textures, vec3(at, detail.x), sharp_level(footprint)) * 255.0;  // see surfaces.py
+        float level = detail.w == COAT ? log2(footprint) : sharp_level(footprint);
+        vec4 texel = textureLod(textures, vec3(at, detail.x), level) * 255.0;  // see surfaces.py
         factor *= texel.x / 128.0;
         s.roughness = clamp(s.roughness * texel.w / 128.0, 0.05, 1.0);
         s.a = s.roughness * s.roughness;
