@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from warehouse_sim.catalog.textures import TEXTURES, paint
+from warehouse_sim.catalog.textures import DETAILS, TEXTURES, paint
 from warehouse_sim.output import make_folder, write_bytes
 
 COMMAND = "python -m warehouse_sim.catalog.bake assets"
@@ -26,7 +26,7 @@ def bake(folder: Path) -> Path:
         OutputError: A file cannot be written.
     """
     entries = []
-    for name in sorted(TEXTURES):
+    for name in sorted([*TEXTURES, *DETAILS]):
         make_folder(folder / "textures" / name)
         for kind, pixels in paint(name).images().items():
             path = Path("textures") / name / f"{kind}.png"

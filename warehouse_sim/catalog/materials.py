@@ -72,7 +72,7 @@ _ALL = (
     Material("wood_stain", (0.105, 0.085, 0.062), 0.8, texture="wood", texture_size=0.35, remission=0.15),
     Material("brand_mark", (0.045, 0.03, 0.02), 0.8, remission=0.12),
     Material("stencil_white", (0.66, 0.66, 0.63), 0.7, remission=0.75),
-    Material("nail_steel", (0.16, 0.15, 0.14), 0.6, metallic=0.5, remission=0.40),
+    Material("nail_steel", (0.17, 0.10, 0.062), 0.8, metallic=0.2, remission=0.40),
     Material("plastic_grey", (0.105, 0.11, 0.115), 0.45, texture="plastic_worn", texture_size=1.0, remission=0.35),
     Material("plastic_black", (0.022, 0.022, 0.023), 0.45, texture="plastic_worn", texture_size=1.0, remission=0.06),
     Material("plastic_blue", (0.012, 0.07, 0.26), 0.4, texture="plastic_worn", texture_size=1.0, remission=0.45),

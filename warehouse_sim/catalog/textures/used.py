@@ -29,7 +29,7 @@ _FLUTES = 64
 
 def slab(rng: np.random.Generator) -> Tile:
     """Paint a power-trowelled slab: clouds, arcs of the trowel, sand, pores, tyre dust along u, cracks, splashes."""
-    clouds = _clouds(rng, LARGE, (9, 18, 36, 72, 144, 288), (0.7, 1.0, 1.0, 0.9, 0.8, 0.8))
+    clouds = _clouds(rng, LARGE, (9, 18, 36, 72, 144, 288), (0.6, 0.5, 0.5, 0.5, 0.7, 0.9))
     sand = value_noise(rng, LARGE, LARGE, LARGE) - 0.5
     arcs = softened(strokes(rng, LARGE, 260, (40.0, 170.0), (-1.0, 1.0), 0.9))
     tyre = softened(softened(strokes(rng, LARGE, 120, (80.0, 420.0), (-0.12, 0.12), 0.1)))
@@ -47,7 +47,7 @@ def slab(rng: np.random.Generator) -> Tile:
 
 def coat(rng: np.random.Generator) -> Tile:
     """Paint a floor coating in use: haze, dust in the traces of a sweeper, rubber along u, drips, quartz specks."""
-    haze = _clouds(rng, LARGE, (9, 18, 36, 72, 144), (0.8, 1.0, 1.0, 0.9, 0.7))
+    haze = _clouds(rng, LARGE, (9, 18, 36, 72, 144), (0.6, 0.5, 0.5, 0.5, 0.7))
     swept = value_noise(rng, LARGE, 24, 300) - 0.5
     rubber = softened(strokes(rng, LARGE, 210, (60.0, 460.0), (-0.14, 0.14), 0.12))
     scuffs = strokes(rng, LARGE, 150, (12.0, 70.0), (-1.0, 1.0), 0.5)
@@ -62,7 +62,7 @@ def coat(rng: np.random.Generator) -> Tile:
 
 def precast(rng: np.random.Generator) -> Tile:
     """Paint a painted wall of precast panels: roller marks, clouds, dirt that ran down along v, scuffs, joints."""
-    clouds = _clouds(rng, LARGE, (9, 18, 36, 72, 144, 288), (0.6, 0.9, 1.0, 1.0, 0.9, 0.7))
+    clouds = _clouds(rng, LARGE, (9, 18, 36, 72, 144, 288), (0.5, 0.4, 0.4, 0.4, 0.5, 0.7))
     runs = octaves(rng, LARGE, 90, 7, 3) - 0.5
     drips = softened(strokes(rng, LARGE, 90, (40.0, 240.0), (5.0, 40.0)))
     scuffs = softened(strokes(rng, LARGE, 110, (15.0, 120.0), (-0.5, 0.5), 0.3))
@@ -88,7 +88,7 @@ def blockwork(rng: np.random.Generator) -> Tile:
     edge_u = np.minimum(fraction_u, 1.0 - fraction_u) * (SIZE / _BLOCKS)
     edge_v = np.minimum(fraction_v, 1.0 - fraction_v) * (SIZE / _COURSES)
     mortar = smooth_step(1.6 - np.minimum(edge_u, edge_v))
-    clouds = _clouds(rng, SIZE, (10, 20, 40, 80, 160), (0.8, 0.9, 1.0, 1.0, 1.0))
+    clouds = _clouds(rng, SIZE, (10, 20, 40, 80, 160), (0.4, 0.45, 0.6, 0.8, 1.0))
     owner, near, _ = grains(rng, SIZE, 120)
     pores = smooth_step((0.16 * (rng.random(120 * 120)[owner] - 0.5) - near) / 0.02)
     lime = smooth_step((octaves(rng, SIZE, 9, 13, 4) - 0.62) / 0.08)
@@ -99,7 +99,7 @@ def blockwork(rng: np.random.Generator) -> Tile:
 
 def liner(rng: np.random.Generator) -> Tile:
     """Paint board that was packed and carried: mottled fibre, flutes along v, scuffs, rubs, dents, hand marks."""
-    clouds = _clouds(rng, SIZE, (8, 16, 32, 64, 128), (0.9, 1.0, 0.9, 0.8, 0.8))
+    clouds = _clouds(rng, SIZE, (8, 16, 32, 64, 128), (0.4, 0.5, 0.7, 0.8, 0.8))
     fibres = strokes(rng, SIZE, 3500, (3.0, 14.0), (-1.0, 1.0), 3.0)
     fibres = fibres + strokes(rng, SIZE, 2500, (3.0, 14.0), (-1.0, 1.0), 3.0).T
     place = (np.arange(SIZE) + 0.5) * (_FLUTES / SIZE)
@@ -115,7 +115,7 @@ def liner(rng: np.random.Generator) -> Tile:
 
 def enamel(rng: np.random.Generator) -> Tile:
     """Paint coated steel after some years: orange peel, dust, rubs and scratches along u, chips, finger marks."""
-    dust = _clouds(rng, SIZE, (8, 16, 32, 64, 128), (1.0, 1.0, 0.9, 0.8, 0.6))
+    dust = _clouds(rng, SIZE, (8, 16, 32, 64, 128), (0.1, 0.2, 0.3, 0.5, 0.6))
     peel = softened(octaves(rng, SIZE, 96, 96, 2)) - 0.5
     scratches = strokes(rng, SIZE, 130, (15.0, 150.0), (-0.3, 0.3), 0.2)
     rubs = smooth_step((octaves(rng, SIZE, 8, 40, 3) - 0.60) / 0.12)

@@ -5,11 +5,11 @@ from collections.abc import Collection, Iterable
 import cv2
 import moderngl
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float32, UInt8
 
 from warehouse_sim.catalog.pictures.draw import draw_picture
 from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
-from warehouse_sim.catalog.textures import stretch
+from warehouse_sim.catalog.textures import DETAIL_OF, stretch
 from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.errors import RenderError
 from warehouse_sim.render.textures import NO_CHANGE, WOUND, read_texture_set, veil
@@ -140,12 +140,37 @@ def _resized(image: UInt8[np.ndarray, "h w *c"]) -> UInt8[np.ndarray, "1024 1024
 _LIMIT = 4096  # the geometry buffer stores a material in twelve bits
 
 
+_KINDS = {"liner": 1, "kraft": 1, "kraft_worn": 1, "wood": 3, "wood_worn": 3}
+"""Texture -> how single things of it differ, as ``fine_detail.glsl`` numbers it; board with a picture is 2, tape 4."""
+_COATS = ("detail_coating", "detail_zinc")
+"""Details of things that do not differ, and that are even from afar: 5."""
+
+
+def _detail_rows(material: Material, layers: dict[str, int]) -> Float32[np.ndarray, "2 4"]:
+    """Return the last two columns of a material's row."""
+    kind = _KINDS.get(material.texture or "", 0)
+    if kind == 1 and material.picture is not None:
+        kind = 2
+    if material.name.startswith("tape"):
+        kind = 4
+    detail = DETAIL_OF.get(material.texture or "")
+    if detail is not None and detail.name in _COATS:
+        kind = 5
+    if detail is None:
+        return np.array([[-1, 0, 0, kind or -1], [0, 0, 0, 0]], np.float32)
+    rows = [[layers[detail.name], 1.0 / (detail.size * stretch(detail.name)), 1.0 / detail.size, kind]]
+    end = detail.end or detail.name
+    rows.append([layers[end], 1.0 / (detail.size * stretch(end)), 1.0 / detail.size, kind])
+    return np.array(rows, np.float32)
+
+
 class MaterialTable:
     """One row a material in a float texture, and the texture sets and pictures that they name.
 
     Columns: base colour and roughness; metallic, emission, layer of the texture or -1, tiles a metre across the grain;
     tiles a metre along the grain, veil, layer of the picture, or -2 where ribs are painted instead, -3 for wound film,
-    else -1, and 1 for retroreflectors.
+    else -1, and 1 for retroreflectors; layer of the detail or -1, its tiles a metre along and across the grain, and how
+    single things differ (see ``_KINDS``), or -1 where there is neither; the same of faces across the grain.
 
     Args:
         context: Where to upload to.
@@ -171,8 +196,10 @@ class MaterialTable:
         self.row = {name: number for number, name in enumerate(materials)}
         self.library, self.pictures = library, pictures
         layers = library.require(item.texture for item in materials.values() if item.texture is not None)
+        details = [DETAIL_OF[item.texture] for item in materials.values() if item.texture in DETAIL_OF]
+        layers |= library.require(name for item in details for name in (item.name, item.end) if name is not None)
         shown = pictures.require(item.picture for item in materials.values() if item.picture is not None)
-        values = np.zeros((max(len(materials), 1), 3, 4), np.float32)
+        values = np.zeros((max(len(materials), 1), 5, 4), np.float32)
         for row, item in enumerate(materials.values()):
             layer = layers[item.texture] if item.texture is not None else -1
             along = item.texture_size * (stretch(item.texture) if item.texture is not None else 1)
@@ -181,7 +208,8 @@ class MaterialTable:
             paint = -2 if item.name in ribbed else -3 if item.texture == WOUND and item.opacity < 1.0 else -1
             picture = shown[item.picture] if item.picture is not None else paint
             values[row, 2] = [1.0 / along, veil(item), picture, item.remission >= RETROREFLECTIVE]
+            values[row, 3:] = _detail_rows(item, layers)
         self.retroreflectors = bool((values[:, 2, 3] > 0).any())
         """Whether any of them is one."""
-        self.values = context.texture((3, len(values)), 4, values.tobytes(), dtype="f4")
+        self.values = context.texture((5, len(values)), 4, values.tobytes(), dtype="f4")
         self.values.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -23,7 +23,7 @@ class GeometryBuffer:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self.instance_mask = context.texture(size, 1, dtype="i4")
-        self.surface = context.texture(size, 2, dtype="u4")
+        self.surface = context.texture(size, 4, dtype="u4")
         self.reach = context.texture(size, 4)
         self.paint = context.texture(size, 4)
         self.exact_depth = context.texture(size, 1, dtype="f4")
@@ -88,8 +88,8 @@ class GeometryPass:
         self._context = context
         self._programs = {
             kind: context.program(
-                vertex_shader=source("place.glsl", "pack.glsl", "box_projection.glsl", vertex, "gbuffer.vert"),
-                fragment_shader=source("pack.glsl", fragment, "gbuffer.frag", TRUSTED=_TRUSTED),
+                vertex_shader=source("place.glsl", "pack.glsl", "fine.glsl", "box_projection.glsl", vertex, "gbuffer.vert"),
+                fragment_shader=source("pack.glsl", "fine.glsl", fragment, "gbuffer.frag", TRUSTED=_TRUSTED),
             )
             for kind, (vertex, fragment) in _KINDS.items()
         }

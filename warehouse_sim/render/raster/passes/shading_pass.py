@@ -135,7 +135,8 @@ class ShadingPass:
         """Fill ``target`` with the image of what ``geometry`` holds."""
         self._soft_light.draw(geometry, camera, T_world_camera, lighting)
         shader = self._shader_for(lighting)
-        shader.assign(intrinsics=window_intrinsics(camera), **lighting.uniforms(T_world_camera))
+        shader.assign(intrinsics=window_intrinsics(camera), eye_height=float(T_world_camera[2, 3]))
+        shader.assign(**lighting.uniforms(T_world_camera))
         self._draw(shader, target, geometry)
 
     def render_normals(self, target: moderngl.Framebuffer, geometry: GeometryBuffer) -> None:
@@ -151,7 +152,8 @@ class ShadingPass:
     def _shader_for(self, lighting: Lighting) -> FullScreen:
         """Return the shader for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._shaders:
-            files = ("surface.glsl", "pack.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl", "shade.frag")
+            files = ("surface.glsl", "pack.glsl", "fine.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl")
+            files += ("fine_detail.glsl", "shade.frag")
             shader = FullScreen(self._context, *files, **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader

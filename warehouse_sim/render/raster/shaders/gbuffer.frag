@@ -1,6 +1,8 @@
 flat in int instance_id;
 flat in uvec2 surface;
 in vec2 texture_coordinate;
+in vec2 on_face;
+flat in uint face;
 in vec4 to_edge;              // linear on the face, 0 on an edge of it
 flat in vec4 plane;           // n, n . p
 
@@ -10,7 +12,7 @@ uniform float near;
 // What a kind of part adds: nothing; the albedo of a picture in paint; another normal in words,
 // and edges that are no borders.
 layout(location = 0) out int out_instance_id;
-layout(location = 1) out uvec2 out_surface;
+layout(location = 1) out uvec4 out_surface;  // see pack.glsl and fine.glsl
 layout(location = 2) out vec4 out_reach;
 layout(location = 3) out float out_depth;  // near / z, as in the depth buffer
 
@@ -47,7 +49,7 @@ void main() {
     out_instance_id = instance_id;
     uvec2 words = surface;
     ADD_LOOK(words)
-    out_surface = uvec2(words.x, words.y | pack_tile(texture_coordinate));
+    out_surface = uvec4(words.x, words.y | pack_tile(texture_coordinate), pack_place(on_face), face);
     out_reach = reach();
     out_depth = exact_depth();
 }

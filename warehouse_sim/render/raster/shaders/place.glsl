@@ -6,7 +6,9 @@ in mat3 in_rotation;
 in vec3 in_translation;
 in vec3 in_scale;
 in vec2 in_texture_shift;
-in ivec4 in_identity;         // instance id, material row, order of the edges, thinnest axis
+in ivec4 in_identity;         // instance id, material row, order and lengths of the edges, thinnest axis
+in vec3 in_spread;            // see fine.glsl: steps a unit of position
+in vec3 in_start;             // steps at position 0
 
 uniform vec4 intrinsics;   // fx, fy, cx, cy in target coordinates
 uniform vec2 window;       // size of the viewport in pixels

@@ -1,5 +1,4 @@
 uniform sampler2D near_light, around, visibility_a, visibility_b;  // see soft.frag
-uniform vec3 up;                  // world z in the camera frame
 uniform float sky, ground;        // luminance of the environment above and below the horizon (cd/m^2)
 uniform sampler2D paint_map;      // of pictures, see gbuffer.frag
 
@@ -25,6 +24,7 @@ void main() {
     if (picture != -1.0) paint = texelFetch(paint_map, ivec2(gl_FragCoord.xy), 0);
     paint *= paint;
     Surface s = surface_at(p, n, tangent, unpack_tile(words.y), row, 1.0 / intrinsics.x, paint);
+    add_fine_detail(s, texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).zw, row, tangent, 1.0 / intrinsics.x);
     if (picture == -2.0) roughen(s, paint.a);
 
     vec2 half_way = floor(gl_FragCoord.xy) * 0.5, corner = floor(half_way) + 1.0, f = fract(half_way);
