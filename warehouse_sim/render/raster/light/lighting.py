@@ -52,6 +52,9 @@ class FieldTexture:
         values = np.concatenate(volumes)
         self.texture = context.texture3d((width, height, len(values)), 4, values.tobytes(), dtype="f2")
         self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.probe = context.texture3d(field.probe.shape[::-1], 1, field.probe.astype(np.float16).tobytes(), dtype="f2")
+        self.probe.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.probe.repeat_x, self.probe.repeat_y, self.probe.repeat_z = True, False, False
 
     def uniforms(self, T_world_camera: Transform) -> dict[str, object]:
         """Return the uniforms of ``field.glsl`` for a view."""
@@ -155,6 +158,7 @@ UNITS = {
     "shadow_blockers": 14,
     "paint_map": 15,
     "distributions": 16,
+    "probe": 18,
 } | {
     name: 6 + number
     for number, name in enumerate(
@@ -250,5 +254,6 @@ class LightBlock:
         lighting.shadows.depth.use(UNITS["shadow_atlas"])
         lighting.shadows.blockers.use(UNITS["shadow_blockers"])
         lighting.field.texture.use(UNITS["field"])
+        lighting.field.probe.use(UNITS["probe"])
         if lighting.distributions is not None:
             lighting.distributions.texture.use(UNITS["distributions"])

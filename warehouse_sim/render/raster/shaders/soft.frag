@@ -16,7 +16,8 @@ void main() {
     out_near_light = near_light(vec2(at) + 0.5, p, n, 6.2831853 / 16.0 * float(block.x * 4 + (block.y ^ block.x)));
 
     Around around = light_around(p, n);
-    out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE));
+    float detail = mirrored_detail(p, n, texelFetch(materials, ivec2(0, material_row(words)), 0).a);
+    out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE) * detail);
 
     vec4 seen[2] = vec4[](vec4(1.0), vec4(1.0));
     float angle = 1.5707963 / 4.0 * float((block.x & 1) * 2 + ((block.x ^ block.y) & 1));
