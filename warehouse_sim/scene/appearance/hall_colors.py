@@ -34,7 +34,7 @@ from warehouse_sim.schema import Material, SceneSpec
 _BRIGHT = ("hivis_", "sign_", "safety_", "skin_", "reflective", "outdoor_", "lamp_", "led_", "cone_", "location_label")
 """How materials are called that keep their colour: what must be seen, skin, light, and what is outside."""
 _FIBRES = ("kraft", "tape", "sack_paper", "board_face", "pallet_wood", "pallet_block", "wood_")
-_PALED, _FIBRES_PALED = 0.30, 0.18
+_PALED, _FIBRES_PALED = 0.35, 0.22
 """Fraction of the way to its own grey that paint, ink and plastic have gone in use, and that board and wood have;
 estimates: charts show new chips under even light, and no source measured racks."""
 _GUARDS_PALED = 0.2
