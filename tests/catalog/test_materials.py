@@ -28,6 +28,7 @@ def test_only_film_is_translucent() -> None:
     film = {name for name, material in materials().items() if material.opacity < 1.0}
     assert "stretch_film" in film
     on_floors = {"tyre_faint", "tyre_dark", "floor_oil", "floor_repair", "floor_water"}
+    on_floors |= {"floor_dust", "floor_board", "floor_film", "floor_splinter", "floor_strap"}
     assert all(materials()[name].texture == "film" for name in film - on_floors)
     assert all(materials()[name].opacity > 0.05 for name in film)
 

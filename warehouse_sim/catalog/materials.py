@@ -161,6 +161,11 @@ _ALL = (
     Material("tyre_dark", (0.035, 0.034, 0.033), 0.75, remission=0.12, opacity=0.26),
     Material("floor_oil", (0.06, 0.05, 0.04), 0.35, remission=0.15, opacity=0.16),
     Material("floor_repair", (0.34, 0.335, 0.325), 0.85, remission=0.40, opacity=0.55),
+    Material("floor_dust", (0.105, 0.098, 0.088), 0.95, remission=0.25, opacity=0.2),
+    Material("floor_board", (0.40, 0.29, 0.18), 0.9, remission=0.30, opacity=0.96),
+    Material("floor_film", (0.72, 0.74, 0.75), 0.25, remission=0.15, opacity=0.3),
+    Material("floor_splinter", (0.46, 0.34, 0.21), 0.9, remission=0.40, opacity=0.94),
+    Material("floor_strap", (0.05, 0.05, 0.052), 0.5, remission=0.1, opacity=0.97),
     Material("floor_water", (0.09, 0.09, 0.088), 0.05, remission=0.10, opacity=0.4),
     *outdoor_materials(),
 )

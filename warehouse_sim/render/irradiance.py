@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from warehouse_sim.render.hall_probe import hall_probe
 from warehouse_sim.render.light_grid import RAYS, GridLevel, LightGrid, neighbours
 from warehouse_sim.render.light_selection import GROUND, LightReach, direct_irradiance, light_reaches
 from warehouse_sim.schema import Light
@@ -60,6 +61,8 @@ class IrradianceField:
 
     levels: tuple[FieldLevel, ...]
     """The finest first; the last covers all that can be seen."""
+    probe: Float32[np.ndarray, "levels rows columns"]
+    """Factors of ``hall_probe`` on what is mirrored."""
 
 
 class LightGatherer:
@@ -83,7 +86,8 @@ class LightGatherer:
         direct = direct_irradiance(grid.solid, lights, grid.places, grid.normals, self._reaches)
         wide = light_reaches(grid.solid, lights, points, None, self._fills)
         cubes = _all_bounces(grid, luminance, direct) + _gathered_directly(grid, points, lights, wide)
-        return IrradianceField(tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels))
+        levels = tuple(_field_level(grid, level, cubes[level.rows]) for level in grid.levels)
+        return IrradianceField(levels, hall_probe(grid, [level.irradiance for level in levels], lights, ambient))
 
 
 def _gathered_directly(

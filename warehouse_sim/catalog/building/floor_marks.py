@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from warehouse_sim.catalog.building.floor_litter import THICK, band, floor_litter
 from warehouse_sim.catalog.parts import box_part, fused, mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import rotation_z
@@ -130,26 +131,33 @@ VARIANTS = 12
 """Different tracks and stains of each kind; few, so that their meshes are made once."""
 _TRACK = 0.95  # between the middles of a truck's front tyres (m)
 _TYRE = (0.09, 0.17)  # width of the band that a tyre leaves (m)
-_FILM = 0.0002
 _RADII = (2.2, 4.5)  # of turns into a place beside the aisle (m)
 
 
 @cache
 def tyre_tracks(length: float, width: float, passes: int, variant: int) -> ObjectModel:
-    """Build the tracks of ``passes`` trucks along an aisle of ``length`` x ``width`` m, some of which turn off."""
+    """Build the tracks of ``passes`` trucks along an aisle of ``length`` x ``width`` m, some of which turn off.
+
+    Dust and litter lie between them and at the sides.
+    """
     rng = np.random.default_rng([430, variant])
     faint, dark = [], []
     for number in range(passes):
         y = float(np.clip(rng.normal(0.0, 0.14 * width), -0.5 * width + 0.8, 0.5 * width - 0.8))
         start, end = np.sort(rng.uniform(-length / 2, length / 2, 2)) if number % 3 else (-length / 2, length / 2)
         line = _straight(float(start), float(end), y, rng)
-        faint += [_band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+        faint += [band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
         if number % 2:
             turn = _turn(float(rng.uniform(-0.4, 0.4) * max(length - 6.0, 0.0)), y, width, rng)
-            faint += [_band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+            faint += [band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
             # Where it brakes and turns the outer tyre rubs off.
-            dark.append(_band(_beside(turn, -_TRACK / 2)[4:14], 0.08))
+            dark.append(band(_beside(turn, -_TRACK / 2)[4:14], 0.08))
     parts = [_flat(band, "tyre_faint") for band in faint] + [_flat(band, "tyre_dark") for band in dark]
+    # What lies about stays in the box of the tracks, so that this has the size of tracks alone.
+    points = np.concatenate([part.mesh.vertices[:, :2] for part in parts])
+    bounds = points.min(axis=0), points.max(axis=0)
+    litter = floor_litter(length, width, *bounds, np.random.default_rng([434, variant]))
+    parts += [_flat(mesh, material) for material, mesh in litter.items()]
     name = f"tyre_tracks_{round(1000 * length)}x{round(1000 * width)}_{passes}_{variant}"
     return _decal(name, 430, parts)
 
@@ -162,7 +170,7 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
     if kind == "patch":
         x, y = rng.uniform(0.4, 1.6, 2) / 2
         corners = ((-x, -y), (x, -y), (x, y), (-x, y))
-        return _decal(name, 432, [_flat(prism(corners, _FILM), "floor_repair")])
+        return _decal(name, 432, [_flat(prism(corners, THICK), "floor_repair")])
     reach = 0.06 + 0.3 * rng.random() ** 2 if kind == "stain" else rng.uniform(0.3, 0.9)
     angle = np.arange(36) / 36 * 2 * np.pi
     wobble = sum(
@@ -174,7 +182,7 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         outline = tuple(
             zip((stretch * radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)
         )
-        parts.append(_flat(prism(outline, _FILM), "floor_oil" if kind == "stain" else "floor_water", ring * _FILM))
+        parts.append(_flat(prism(outline, THICK), "floor_oil" if kind == "stain" else "floor_water", ring * THICK))
     return _decal(name, 431 if kind == "stain" else 433, parts)
 
 
@@ -196,27 +204,6 @@ def _beside(line: Float[np.ndarray, "n 2"], offset: float) -> Float[np.ndarray, 
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     return line + offset * np.column_stack([-along[:, 1], along[:, 0]])
-
-
-def _band(line: Float[np.ndarray, "n 2"], width: float) -> TriangleMesh:
-    """Return the closed band of ``width`` m along a line; it narrows at both ends."""
-    along = np.gradient(line, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    fraction = np.ones(len(line))
-    fraction[[0, -1]] = 0.15
-    across = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * width / 2)[:, None]
-    count, z = len(line), _FILM / 2
-    rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
-    vertices = np.concatenate([np.column_stack([points, np.full(count, level)]) for points, level in rings])
-    a, b = np.arange(count - 1), np.arange(1, count)
-    faces = []
-    for side in range(4):
-        low, high = side * count, (side + 1) % 4 * count
-        faces += [np.column_stack([a + low, a + high, b + high]), np.column_stack([a + low, b + high, b + low])]
-    last = count - 1
-    ends = [(0, 2 * count, count), (0, 3 * count, 2 * count)]
-    ends += [(last, last + count, last + 2 * count), (last, last + 2 * count, last + 3 * count)]
-    return TriangleMesh(vertices, np.concatenate([*faces, np.array(ends)]).astype(np.int32))
 
 
 def _flat(mesh: TriangleMesh, material: str, lift: float = 0.0) -> Part:

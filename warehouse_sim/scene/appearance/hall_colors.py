@@ -6,6 +6,7 @@ read the same: at 905 nm binders and fibres decide more than pigments, and dust 
 
 import colorsys
 import re
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -33,9 +34,11 @@ from warehouse_sim.schema import Material, SceneSpec
 _BRIGHT = ("hivis_", "sign_", "safety_", "skin_", "reflective", "outdoor_", "lamp_", "led_", "cone_", "location_label")
 """How materials are called that keep their colour: what must be seen, skin, light, and what is outside."""
 _FIBRES = ("kraft", "tape", "sack_paper", "board_face", "pallet_wood", "pallet_block", "wood_")
-_PALED, _FIBRES_PALED = 0.30, 0.18
+_PALED, _FIBRES_PALED = 0.35, 0.22
 """Fraction of the way to its own grey that paint, ink and plastic have gone in use, and that board and wood have;
 estimates: charts show new chips under even light, and no source measured racks."""
+_GUARDS_PALED = 0.2
+"""The same of guards, which are bought to be seen."""
 _ORANGE = (ORANGE_2004, ORANGE_2008, ORANGE_2003)
 _BLUE = (BLUE_5010, BLUE_5015, BLUE_5005)
 RACK_PAIRS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
@@ -73,18 +76,17 @@ def in_hall_colors(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     inks = [_linear(PRINTS[number].code) for number in chosen]
     beams = _beams_beside(scene.materials, float(beam))
     found = {
-        name: replace(item, base_color=_rounded(_shown(item, number, inks, beams, white < _ON_WHITE)))
-        for number, (name, item) in enumerate(scene.materials.items())
+        name: replace(item, base_color=_rounded(_shown(item, inks, beams, white < _ON_WHITE)))
+        for name, item in scene.materials.items()
     }
     return replace(scene, materials=found)
 
 
-def _shown(item: Material, number: int, inks: list[Color], beams: Color | None, on_white: bool) -> Color:
+def _shown(item: Material, inks: list[Color], beams: Color | None, on_white: bool) -> Color:
     """Return what a material looks like.
 
     Args:
         item: As it was painted.
-        number: Its place among the scene's materials.
         inks: The customer's.
         beams: Colour of all beams; None = as they are.
         on_white: Whether the customer's full colours are on white board, so that no carton has one all over.
@@ -97,8 +99,10 @@ def _shown(item: Material, number: int, inks: list[Color], beams: Color | None, 
     elif name.startswith(("kraft", "board_white")) and _colourful(color):
         color = np.array([0.70, 0.69, 0.65]) if on_white else inks[0]
     elif name.startswith("print_") and _colourful(color):
-        color = inks[number % _INKS]
-    return paled(color, _FIBRES_PALED if name.startswith(_FIBRES) else _PALED)
+        color = inks[zlib.crc32(name.encode()) % _INKS]
+    return paled(
+        color, _FIBRES_PALED if name.startswith(_FIBRES) else _GUARDS_PALED if name.startswith("guard_") else _PALED
+    )
 
 
 def paled(color: Color, fraction: float) -> Color:

@@ -53,6 +53,9 @@ class FieldTexture:
         values = np.concatenate(volumes)
         self.texture = context.texture3d((width, height, len(values)), 4, values.tobytes(), dtype="f2")
         self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.probe = context.texture3d(field.probe.shape[::-1], 1, field.probe.astype(np.float16).tobytes(), dtype="f2")
+        self.probe.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.probe.repeat_x, self.probe.repeat_y, self.probe.repeat_z = True, False, False
 
     def uniforms(self, T_world_camera: Transform) -> dict[str, object]:
         """Return the uniforms of ``field.glsl`` for a view."""
@@ -157,6 +160,7 @@ UNITS = {
     "paint_map": 15,
     "distributions": 16,
     "contact_map": 17,
+    "probe": 18,
 } | {
     name: 6 + number
     for number, name in enumerate(
@@ -255,5 +259,6 @@ class LightBlock:
         lighting.shadows.blockers.use(UNITS["shadow_blockers"])
         lighting.field.texture.use(UNITS["field"])
         lighting.contact.texture.use(UNITS["contact_map"])
+        lighting.field.probe.use(UNITS["probe"])
         if lighting.distributions is not None:
             lighting.distributions.texture.use(UNITS["distributions"])

@@ -71,3 +71,11 @@ Around light_around(vec3 p, vec3 n) {
     }
     return around;
 }
+
+// What a surface of this roughness mirrors over what the fields say of that side of it, as hall_probe.py.
+uniform sampler3D probe;
+float mirrored_detail(vec3 p, vec3 n, float roughness) {
+    vec3 m = world_camera * reflect(normalize(p), n);
+    vec2 turn = vec2(atan(m.y, m.x) / 6.2831853, acos(clamp(m.z, -1.0, 1.0)) / 3.14159265);
+    return textureLod(probe, vec3(turn, roughness), 0.0).x;
+}

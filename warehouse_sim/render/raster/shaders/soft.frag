@@ -18,7 +18,8 @@ void main() {
     out_near_light = min(out_near_light, foot);
 
     Around around = light_around(p, n);
-    out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE));
+    float detail = mirrored_detail(p, n, texelFetch(materials, ivec2(0, material_row(words)), 0).a);
+    out_around = vec4(around.irradiance, dot(around.mirrored, LUMINANCE) * detail);
 
     vec4 seen[2] = vec4[](vec4(1.0), vec4(1.0));
     float angle = 1.5707963 / 4.0 * float((block.x & 1) * 2 + ((block.x ^ block.y) & 1));

@@ -10,12 +10,11 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.pixel_rays import pixel_stretch, pixel_tangents
 
-_HALO_FRACTION = 0.5
-"""Of the scattered light, what stays near where it comes from; the rest is even. No source: a prior."""
-_HALO = 1.0 / 20.0
-"""Standard deviation of the halo over the image's width. No source: a prior."""
-_COARSE_PX = 16
-"""Edge of the blocks in which scattered light is spread: it has no detail."""
+_WIDE, _NARROW = (1.0 / 20.0, 16), (1.0 / 120.0, 4)
+"""Halo of the lens, and the one close about lamps and windows: standard deviation over the image's width, and edge (px)
+of the blocks in which light is spread, as it has no finer detail there. No source: priors."""
+_WIDE_FRACTION, _NARROW_FRACTION = 0.35, 0.25
+"""Of the scattered light, what the halos get; the rest is even. No source: priors."""
 
 
 def spread_points(linear: Float32[np.ndarray, "h w 3"], sigma_px: float) -> Float32[np.ndarray, "h w 3"]:
@@ -27,22 +26,29 @@ def spread_points(linear: Float32[np.ndarray, "h w 3"], sigma_px: float) -> Floa
 
 
 def add_glare(linear: Float32[np.ndarray, "h w 3"], fraction: float) -> Float32[np.ndarray, "h w 3"]:
-    """Return the image with ``fraction`` of its light scattered: half evenly, half as a halo about what is bright.
+    """Return the image with ``fraction`` of its light scattered: evenly, and as two halos about what is bright.
 
     ISO 9358 calls the fraction veiling glare (index); photographic lenses have 1-5 %. Brightness clips only afterwards,
-    so that a door in the sun veils what is before it. The sum of the light stays, but for the halo beyond the border.
+    so that a door in the sun veils what is before it. The sum of the light stays, but for the halos beyond the border.
     """
     if fraction == 0:
         return linear
     height, width = linear.shape[:2]
-    size = (max(width // _COARSE_PX, 1), max(height // _COARSE_PX, 1))
-    coarse = cv2.resize(linear, size, interpolation=cv2.INTER_AREA)
-    mean = coarse.mean(axis=(0, 1))
-    sigma = max(_HALO * size[0], 0.5)
-    halo = cv2.GaussianBlur(coarse, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
-    scattered = np.float32(fraction) * (np.float32(_HALO_FRACTION) * halo + np.float32(1.0 - _HALO_FRACTION) * mean)
-    veil = cv2.resize(scattered.astype(np.float32), (width, height), interpolation=cv2.INTER_LINEAR)
+    wide, narrow = _halo(linear, *_WIDE), _halo(linear, *_NARROW)
+    even = (1.0 - _WIDE_FRACTION - _NARROW_FRACTION) * wide.mean(axis=(0, 1))
+    veil = (fraction * (_WIDE_FRACTION * wide + even)).astype(np.float32)
+    veil = cv2.resize(veil, narrow.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    veil = cv2.addWeighted(veil, 1.0, narrow, fraction * _NARROW_FRACTION, 0.0)
+    veil = cv2.resize(veil, (width, height), interpolation=cv2.INTER_LINEAR)
     return cv2.addWeighted(linear, 1.0 - fraction, veil, 1.0, 0.0)
+
+
+def _halo(linear: Float32[np.ndarray, "h w 3"], spread: float, block: int) -> Float32[np.ndarray, "r c 3"]:
+    """Return the light of blocks of ``block`` pixels, spread over ``spread`` of the width."""
+    height, width = linear.shape[:2]
+    size = (max(width // block, 1), max(height // block, 1))
+    coarse = cv2.resize(linear, size, interpolation=cv2.INTER_AREA)
+    return cv2.GaussianBlur(coarse, (0, 0), max(spread * size[0], 0.5), borderType=cv2.BORDER_REFLECT)
 
 
 @lru_cache(maxsize=8)
