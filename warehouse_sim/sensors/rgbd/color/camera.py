@@ -9,6 +9,7 @@ from warehouse_sim.sensors.rgbd.color.config import IDEAL_COLOR, ColorConfig
 from warehouse_sim.sensors.rgbd.color.optics import add_glare, blur_by_motion, spread_points, vignetting_factor
 from warehouse_sim.sensors.rgbd.color.pixels import linear_light, noise_in_codes, read_pixels
 from warehouse_sim.sensors.view import Capture
+from warehouse_sim.sensors.white_balance import balancing
 
 
 def flicker_factor(
@@ -102,7 +103,7 @@ def read_color(
         exposed = shutter if config.motion_blur else 0.0
         light = blur_by_motion(light, buffers.depth, capture.camera, capture.motion, exposed, readout)
     light = spread_points(add_glare(light, config.glare), config.blur_px)
-    factors = _factors(light.shape[0], config, shutter, rng)
+    factors = _factors(light.shape[0], capture, config, shutter, rng)
     if config.vignetting > 0:
         factors.append(vignetting_factor(capture.camera, config.vignetting))
     rgb = read_pixels(light, factors, config, gain, rng)
@@ -111,11 +112,12 @@ def read_color(
 
 
 def _factors(
-    rows: int, config: ColorConfig, shutter: float, rng: np.random.Generator
+    rows: int, capture: Capture, config: ColorConfig, shutter: float, rng: np.random.Generator
 ) -> list[Float32[np.ndarray, "..."]]:
     """Return the factors of one image: on its channels, and on its rows where the light flickers."""
     exposure, red, blue = rng.standard_normal(3)
     tint = np.exp(config.white_balance_error * np.array([red, 0.0, blue]))
+    tint = tint * balancing(capture.light, config.auto_white_balance)
     balance = (2.0 ** (config.exposure_error * exposure) * tint).astype(np.float32)
     if config.flicker == 0:
         return [balance]
