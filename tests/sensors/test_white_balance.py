@@ -1,4 +1,4 @@
-"""Most of the cast of the light in view is taken away, its luminance is not, and only what is lit counts."""
+"""Most of the cast of the light in view is taken away, its luminance is not, and the colours of things stay."""
 
 from dataclasses import replace
 
@@ -9,7 +9,8 @@ from tests.sensors.targets import capture_of
 from warehouse_sim.color import LUMINANCE, balanced_rgb
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, spot
+from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.display import to_display
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import RenderBuffers, SceneSpec
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, read_color
@@ -19,31 +20,34 @@ CAMERA = PinholeCamera.from_focal(160, 120, 100.0)
 WARM, COLD = balanced_rgb(2800.0, 4700.0), balanced_rgb(6400.0, 4700.0)
 
 
-def wall(ambient: float = 0.0) -> SceneSpec:
-    """Return a wall before the camera, a warm lamp beside that and a brighter cold one behind the wall."""
-    models = [box_model("wall", (0.2, 20.0, 20.0))]
-    lights = [
-        replace(spot((0.0, 2.0, 1.0), 500.0), direction=np.array([1.0, 0.0, 0.0]), color=WARM),
-        replace(spot((6.0, 0.0, 1.0), 9000.0), direction=np.array([-1.0, 0.0, 0.0]), color=COLD),
-    ]
-    return make_scene(models, [("wall", at(4.0, 0.0, 0.0))], lights, ambient=ambient)
+def wall(material: str) -> SceneSpec:
+    """Return a wall before the camera."""
+    return make_scene([box_model("wall", (0.2, 20.0, 20.0), material)], [("wall", at(4.0, 0.0, 0.0))])
 
 
-def color_of(scene: SceneSpec) -> tuple[float, float, float]:
-    T_world_camera = level_camera(np.array([0.0, 0.0, 1.0]), 0.0)
-    depth = np.full((CAMERA.height, CAMERA.width), 3.9, np.float32)
-    return light_color(scene, RayCaster(scene), CAMERA, T_world_camera, depth)
+def shown(scene: SceneSpec, material: str, light: tuple[float, float, float]) -> np.ndarray:
+    linear = 0.5 * np.array(scene.materials[material].base_color) * light
+    return np.tile(to_display(linear[None, None]), (CAMERA.height, CAMERA.width, 1))
 
 
-def test_the_lamp_that_lights_what_is_seen_gives_its_colour() -> None:
-    assert color_of(wall()) == pytest.approx(WARM)
-    assert color_of(replace(wall(), lights=())) == (1.0, 1.0, 1.0)
+@pytest.mark.parametrize("material", ["concrete", "kraft", "wood"])
+@pytest.mark.parametrize("light", [WARM, COLD, (1.0, 1.0, 1.0)])
+def test_the_colour_of_the_light_is_found_on_grey_and_on_brown(
+    material: str, light: tuple[float, float, float]
+) -> None:
+    scene, T_world_camera = wall(material), level_camera(np.array([0.0, 0.0, 1.0]), 0.0)
+    found = light_color(scene, RayCaster(scene), CAMERA, T_world_camera, shown(scene, material, light))
+    np.testing.assert_allclose(found, light, rtol=0.05)
 
 
-def test_the_even_light_is_white_and_counts() -> None:
-    mixed = color_of(wall(ambient=50.0))
-    assert WARM[0] > mixed[0] > 1.0
-    assert float(LUMINANCE @ mixed) == pytest.approx(1.0)
+def test_what_is_black_white_or_nothing_tells_nothing() -> None:
+    scene, T_world_camera = wall("concrete"), level_camera(np.array([0.0, 0.0, 1.0]), 0.0)
+    black = np.zeros((CAMERA.height, CAMERA.width, 3), np.uint8)
+    caster = RayCaster(scene)
+    for rgb, view in ((black, T_world_camera), (black + 255, T_world_camera)):
+        assert light_color(scene, caster, CAMERA, view, rgb) == (1.0, 1.0, 1.0)
+    away = level_camera(np.array([0.0, 0.0, 1.0]), np.pi)
+    assert light_color(scene, caster, CAMERA, away, shown(scene, "concrete", WARM)) == (1.0, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("light", [WARM, COLD])

@@ -125,7 +125,8 @@ class SensorView:
 
     def light_color(self, T_world_camera: Transform) -> Rgb:
         """Return the colour, of unit luminance, of the light on what a camera at ``T_world_camera`` sees."""
-        return light_color(self.scene, self.caster, self.camera, T_world_camera, self.render(T_world_camera).depth)
+        rgb = self.render(T_world_camera).rgb
+        return light_color(self.scene, self.caster, self.camera, T_world_camera, rgb)
 
     def camera_motion(self, T_world_camera: Transform) -> Motion:
         """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""

@@ -1,25 +1,24 @@
 """The colour of the light that falls on what a camera sees, and the gains by which it takes most of the cast away."""
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, UInt8
 
-from warehouse_sim.color import LUMINANCE
+from warehouse_sim.color import LUMINANCE, linear_from_srgb
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import Transform, transform_points
-from warehouse_sim.render.light_selection import even_illuminance
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.render.display import inverse_tone_map
 from warehouse_sim.render.raycaster import RayCaster
-from warehouse_sim.scene.lighting.photometry import relative_intensity
-from warehouse_sim.schema import Light, SceneSpec
+from warehouse_sim.schema import SceneSpec
 
 Rgb = tuple[float, float, float]
 WHITE: Rgb = (1.0, 1.0, 1.0)
 
-_COLUMNS, _ROWS = 8, 6
+_COLUMNS, _ROWS = 20, 12
 """Places of an image at which its light is taken."""
-_NEAREST = 0.5
-"""Nearest distance to a light (m): a lamp in view does not outshine all that it lights."""
-_LIFT = 0.99
-"""Fraction of the way from the camera to a surface at which its light is taken."""
+_DARK, _BRIGHT = 0.002, 0.9
+"""Image values of pixels that say nothing of the colour of their light."""
+_MATT = 0.5
+"""Metals of more than this mirror colours of other things."""
 
 
 def light_color(
@@ -27,40 +26,34 @@ def light_color(
     caster: RayCaster,
     camera: PinholeCamera,
     T_world_camera: Transform,
-    depth: Float32[np.ndarray, "h w"],
+    rgb: UInt8[np.ndarray, "h w 3"],
 ) -> Rgb:
-    """Return the colour, of unit luminance, of the direct light on what is seen; white where there is none.
+    """Return the colour, of unit luminance, of the light on what is seen; white where nothing tells.
+
+    What an image shows over what its surfaces return of white light, on a grid of pixels: a camera that would mistake
+    no brown carton for warm light.
 
     Args:
-        scene: In the light of the moment; its even light is white.
-        caster: Rays in its geometry, for shadows.
+        scene: What is seen.
+        caster: Rays in its geometry.
         camera: Intrinsics and lens.
         T_world_camera: Its pose.
-        depth: True z-depth (m), 0 = infinitely far.
+        rgb: The clean image.
     """
-    height, width = depth.shape
-    u, v = ((np.arange(count) * size + size // 2) // count for count, size in ((_COLUMNS, width), (_ROWS, height)))
+    u = (2 * np.arange(_COLUMNS) + 1) * camera.width // (2 * _COLUMNS)
+    v = (2 * np.arange(_ROWS) + 1) * camera.height // (2 * _ROWS)
     u, v = (grid.ravel() for grid in np.meshgrid(u, v))
-    z = depth[v, u].astype(float)
-    rays, seen = camera.rays_at(u, v), z > 0
-    points = transform_points(T_world_camera, _LIFT * z[seen, None] * rays[seen])
-    total = np.full(3, even_illuminance(scene) * len(points))
-    for light in scene.lights:
-        total += _given(light, caster, points) * np.asarray(light.color)
+    rays = camera.rays_at(u, v) @ T_world_camera[:3, :3].T
+    hits = caster.cast(np.tile(T_world_camera[:3, 3], (len(rays), 1)), rays)
+    # One more row answers for rays that meet nothing, whose material is -1.
+    met = [scene.materials[name] for name in caster.materials]
+    tells = np.array([*(item.emission == 0.0 and item.metallic < _MATT for item in met), False])
+    albedo = np.array([*(item.base_color for item in met), (0.0, 0.0, 0.0)])[hits.materials]
+    shown = inverse_tone_map(linear_from_srgb(rgb[v, u] / 255.0))
+    counted = tells[hits.materials] & (shown.max(axis=1) < _BRIGHT) & (shown.min(axis=1) > _DARK)
+    total = shown[counted].sum(axis=0) / np.maximum(albedo[counted].sum(axis=0), 1e-6)
     luminance = float(LUMINANCE @ total)
     return WHITE if luminance <= 0.0 else _rgb(total / luminance)
-
-
-def _given(light: Light, caster: RayCaster, points: Float[np.ndarray, "n 3"]) -> float:
-    """Return the sum of illuminances (lx) that a light gives to surfaces at ``points`` (m) which face it."""
-    to_light = np.asarray(light.position, float) - points
-    distance = np.maximum(np.linalg.norm(to_light, axis=1), _NEAREST)
-    towards = to_light / distance[:, None]
-    values = relative_intensity(light, -towards @ np.asarray(light.direction, float), -towards) / distance**2
-    lit = np.flatnonzero(values > 0.0)
-    if light.casts_shadow and len(lit):
-        lit = lit[caster.cast(points[lit], to_light[lit]).distance >= 1.0]
-    return light.intensity * float(values[lit].sum())
 
 
 def balancing(light: Rgb, fraction: float) -> Float[np.ndarray, " 3"]:
