@@ -126,29 +126,46 @@ def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:
 
 StainKind = Literal["stain", "patch", "water"]
 STAINS: tuple[StainKind, ...] = ("stain", "patch", "water")
+_AROUND = 90
+"""Corners of the outline of a stain."""
+_RAGGED = (7, 9, 12, 17, 23, 31)
+"""Waves around it that make it ragged."""
 VARIANTS = 12
 """Different tracks and stains of each kind; few, so that their meshes are made once."""
 _TRACK = 0.95  # between the middles of a truck's front tyres (m)
 _TYRE = (0.09, 0.17)  # width of the band that a tyre leaves (m)
 _FILM = 0.0002
 _RADII = (2.2, 4.5)  # of turns into a place beside the aisle (m)
+_SEEN = 0.6  # fraction of the passes whose rubber is still there
+_SWAY = 0.035  # standard deviation of a pass about its lane, over the area's width
+_SOFT = ((1.0, 0.0), (0.68, 0.5), (0.36, 1.2))
+"""A tyre's band is bands in each other, which add up: widths over its own, and how much shorter each is at both ends
+(m)."""
+_SHORTEST = 0.6
+"""Fraction of its length that is left of a short band at least."""
 
 
 @cache
 def tyre_tracks(length: float, width: float, passes: int, variant: int) -> ObjectModel:
     """Build the tracks of ``passes`` trucks along an aisle of ``length`` x ``width`` m, some of which turn off."""
     rng = np.random.default_rng([430, variant])
-    faint, dark = [], []
-    for number in range(passes):
-        y = float(np.clip(rng.normal(0.0, 0.14 * width), -0.5 * width + 0.8, 0.5 * width - 0.8))
+    faint: list[TriangleMesh] = []
+    dark: list[TriangleMesh] = []
+    # Drivers keep to their habits: two or three lanes beside each other.
+    lanes = rng.uniform(-0.06, 0.06) * width + 0.17 * width * (np.arange(2 + variant % 2) - (1 + variant % 2) / 2)
+    for number in range(max(round(_SEEN * passes), 1)):
+        lane = lanes[rng.integers(len(lanes))] + rng.normal(0.0, _SWAY * width)
+        y = float(np.clip(lane, -0.5 * width + 0.8, 0.5 * width - 0.8))
         start, end = np.sort(rng.uniform(-length / 2, length / 2, 2)) if number % 3 else (-length / 2, length / 2)
         line = _straight(float(start), float(end), y, rng)
-        faint += [_band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+        for side in (-1.0, 1.0):
+            faint += _soft_band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE))
         if number % 2:
             turn = _turn(float(rng.uniform(-0.4, 0.4) * max(length - 6.0, 0.0)), y, width, rng)
-            faint += [_band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+            for side in (-1.0, 1.0):
+                faint += _soft_band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE))
             # Where it brakes and turns the outer tyre rubs off.
-            dark.append(_band(_beside(turn, -_TRACK / 2)[4:14], 0.08))
+            dark += _soft_band(_beside(turn, -_TRACK / 2)[4:14], 0.09)
     parts = [_flat(band, "tyre_faint") for band in faint] + [_flat(band, "tyre_dark") for band in dark]
     name = f"tyre_tracks_{round(1000 * length)}x{round(1000 * width)}_{passes}_{variant}"
     return _decal(name, 430, parts)
@@ -156,7 +173,10 @@ def tyre_tracks(length: float, width: float, passes: int, variant: int) -> Objec
 
 @cache
 def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
-    """Build an oil stain, a repaired patch or a puddle, 0.3-2 m wide; stains and water are darker inside."""
+    """Build an oil stain, a repaired patch or a puddle, 0.3-2 m wide.
+
+    Stains and water have ragged outlines and are darker inside; where a stain has dried its rim is the darkest.
+    """
     rng = np.random.default_rng([431, STAINS.index(kind), variant])
     name = f"floor_{kind}_{variant}"
     if kind == "patch":
@@ -164,17 +184,26 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         corners = ((-x, -y), (x, -y), (x, y), (-x, y))
         return _decal(name, 432, [_flat(prism(corners, _FILM), "floor_repair")])
     reach = 0.06 + 0.3 * rng.random() ** 2 if kind == "stain" else rng.uniform(0.3, 0.9)
-    angle = np.arange(36) / 36 * 2 * np.pi
+    angle = np.arange(_AROUND) / _AROUND * 2 * np.pi
     wobble = sum(
         rng.uniform(0.05, 0.4) / order * np.cos(order * angle + rng.uniform(0, 2 * np.pi)) for order in (1, 2, 3, 5)
     )
     stretch, parts = rng.uniform(1.0, 1.9), []
-    for ring, fraction in enumerate((1.0, 0.9, 0.78, 0.6) if kind == "stain" else (1.0, 0.93)):
-        radius = reach * fraction * (1.0 + wobble)
-        outline = tuple(
-            zip((stretch * radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)
+    fractions, material = ((1.0, 0.88, 0.6), "floor_oil") if kind == "stain" else ((1.0, 0.93), "floor_water")
+    for ring, fraction in enumerate(fractions):
+        ragged = sum(
+            rng.normal(0.0, 0.35 if kind == "stain" else 0.12)
+            / order
+            * np.cos(order * angle + rng.uniform(0, 2 * np.pi))
+            for order in _RAGGED
         )
-        parts.append(_flat(prism(outline, _FILM), "floor_oil" if kind == "stain" else "floor_water", ring * _FILM))
+        radius = reach * fraction * np.maximum(1.0 + wobble + ragged, 0.15)
+        outline = np.column_stack([stretch * radius * np.cos(angle), radius * np.sin(angle)])
+        corners = tuple((float(x), float(y)) for x, y in outline)
+        parts.append(_flat(prism(corners, _FILM), material, ring * _FILM))
+        if kind == "stain" and ring == 0:
+            dried = 0.97 * np.concatenate([outline, outline[:1]])
+            parts.append(_flat(_band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), ends=1.0), material, _FILM / 2))
     return _decal(name, 431 if kind == "stain" else 433, parts)
 
 
@@ -198,12 +227,25 @@ def _beside(line: Float[np.ndarray, "n 2"], offset: float) -> Float[np.ndarray, 
     return line + offset * np.column_stack([-along[:, 1], along[:, 0]])
 
 
-def _band(line: Float[np.ndarray, "n 2"], width: float) -> TriangleMesh:
-    """Return the closed band of ``width`` m along a line; it narrows at both ends."""
+def _soft_band(line: Float[np.ndarray, "n 2"], width: float) -> list[TriangleMesh]:
+    """Return the bands in each other of a tyre of ``width`` m along a line: pale at their sides and ends."""
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    bands = []
+    for fraction, shorter in _SOFT:
+        inset = min(shorter, (1.0 - _SHORTEST) / 2 * way[-1])
+        between = way[(way > inset) & (way < way[-1] - inset)]
+        at = np.concatenate([[inset], between, [way[-1] - inset]])
+        shortened = np.column_stack([np.interp(at, way, line[:, axis]) for axis in (0, 1)])
+        bands.append(_band(shortened, fraction * width))
+    return bands
+
+
+def _band(line: Float[np.ndarray, "n 2"], width: float, ends: float = 0.15) -> TriangleMesh:
+    """Return the closed band of ``width`` m along a line; its ends are ``ends`` of that wide."""
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     fraction = np.ones(len(line))
-    fraction[[0, -1]] = 0.15
+    fraction[[0, -1]] = ends
     across = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * width / 2)[:, None]
     count, z = len(line), _FILM / 2
     rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
