@@ -37,6 +37,8 @@ _FINE = (5, 5)
 """Pixels of the Gaussian that tells fine detail from what is under it."""
 _COLOR = (7, 7)
 """The same for colour differences, which eyes and JPEG see coarsely."""
+_FALSE_COLOR = 5
+"""Pixels of the median that takes the colours of the filter's pattern off thin lines."""
 
 
 def develop(
@@ -62,7 +64,8 @@ def develop(
     detail = cv2.addWeighted(brightness, 1.0, base, -1.0, 128.0)  # saturates: finer detail than half of all codes
     kept = cv2.LUT(detail, _detail_table(denoise * noise, 1.0 + sharpen))
     if denoise > 0:
-        red, blue = (cv2.GaussianBlur(color, _COLOR, 0) for color in (red, blue))
+        # Lines a pixel wide are blue or orange as they fall on the filter; a median (Freeman 1988) drops what is so thin.
+        red, blue = (cv2.GaussianBlur(cv2.medianBlur(color, _FALSE_COLOR), _COLOR, 0) for color in (red, blue))
     return cv2.cvtColor(cv2.merge([cv2.add(base, kept, dtype=cv2.CV_8U), red, blue]), cv2.COLOR_YCrCb2RGB)
 
 
