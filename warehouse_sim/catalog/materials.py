@@ -157,9 +157,11 @@ _ALL = (
     Material("safety_red", (0.52, 0.012, 0.012), 0.4, remission=0.50),
     Material("safety_blue", (0.0, 0.075, 0.32), 0.4, remission=0.40),
     Material("bin_green", (0.015, 0.11, 0.045), 0.5, texture="plastic", texture_size=0.6, remission=0.35),
-    Material("tyre_faint", (0.06, 0.058, 0.055), 0.8, remission=0.15, opacity=0.11),
-    Material("tyre_dark", (0.035, 0.034, 0.033), 0.75, remission=0.12, opacity=0.26),
-    Material("floor_oil", (0.06, 0.05, 0.04), 0.35, remission=0.15, opacity=0.16),
+    Material(
+        "tyre_faint", (0.06, 0.058, 0.055), 0.8, texture="concrete", texture_size=0.9, remission=0.15, opacity=0.055
+    ),
+    Material("tyre_dark", (0.035, 0.034, 0.033), 0.75, remission=0.12, opacity=0.1),
+    Material("floor_oil", (0.06, 0.05, 0.04), 0.35, remission=0.15, opacity=0.13),
     Material("floor_repair", (0.34, 0.335, 0.325), 0.85, remission=0.40, opacity=0.55),
     Material("floor_dust", (0.105, 0.098, 0.088), 0.95, remission=0.25, opacity=0.2),
     Material("floor_board", (0.40, 0.29, 0.18), 0.9, remission=0.30, opacity=0.96),

@@ -1,6 +1,6 @@
 """A second camera to the right of the first: what it reads, and disparities, true and matched."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, cast
 
@@ -207,6 +207,9 @@ class StereoCamera:
         T_world_right = view.T_world_camera @ T_left_right
         right = view.render(T_world_right)
         capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_right))
+        if self.color.auto_white_balance > 0:
+            # Both cameras share the gains of the left one, as those of one unit do.
+            capture = replace(capture, light=view.light_color(view.T_world_camera))
         left_rgb = cast(RgbdReading, view.readings[CAMERA]).rgb
         return read_stereo(left, left_rgb, right, capture, self.color, self.config, rng)
 

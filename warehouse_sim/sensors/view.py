@@ -16,6 +16,7 @@ from warehouse_sim.schema import Reading, RenderBuffers, SceneSpec, Viewpoint
 from warehouse_sim.sensors.film import FilmImage, FilmSight, see_film
 from warehouse_sim.sensors.motion import EgoMotion, Motion, camera_motion
 from warehouse_sim.sensors.surfaces import Surfaces, see_surfaces
+from warehouse_sim.sensors.white_balance import WHITE, Rgb, light_color
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,8 @@ class Capture:
     """Materials of the pixels, for depth models that need them."""
     film: FilmImage | None = None
     """Stretch film before the pixels, for depth models that see it; None = none in view."""
+    light: Rgb = WHITE
+    """Colour, of unit luminance, of the light on what is seen, for cameras that balance it."""
 
 
 class CleanImages:
@@ -119,6 +122,11 @@ class SensorView:
         """Return the film before the pixels of ``render``; None where there is none."""
         place = self.T_world_camera if T_world_camera is None else T_world_camera
         return None if self.film is None else see_film(self.film, self.camera, place, self.render(place).depth)
+
+    def light_color(self, T_world_camera: Transform) -> Rgb:
+        """Return the colour, of unit luminance, of the light on what a camera at ``T_world_camera`` sees."""
+        rgb = self.render(T_world_camera).rgb
+        return light_color(self.scene, self.caster, self.camera, T_world_camera, rgb)
 
     def camera_motion(self, T_world_camera: Transform) -> Motion:
         """Return how a camera at ``T_world_camera`` moves with the vehicle, in its own frame."""

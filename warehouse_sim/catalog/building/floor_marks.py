@@ -31,7 +31,7 @@ PAINT = 0.001
 TYRE_TRACK = 0.9
 """Distance between the two tracks of a counterbalance truck's front wheels (m)."""
 
-_MARK_WIDTH, _TYRE_FILM = 0.14, 0.0004
+_MARK_WIDTH, _TYRETHICK = 0.14, 0.0004
 _COLOURS = ("yellow", "white")
 LINES = {f"lane_line_{colour}_{mm}": (colour, mm) for colour in _COLOURS for mm in LINE_LENGTHS_MM}
 """Catalog name -> colour and length (mm)."""
@@ -113,7 +113,7 @@ def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:
     left = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * _MARK_WIDTH / 2)[:, None]
     count = len(line)
     rings = np.stack([line - left, line + left, line + left, line - left], axis=1)
-    z = np.broadcast_to([-_TYRE_FILM / 2, -_TYRE_FILM / 2, _TYRE_FILM / 2, _TYRE_FILM / 2], (count, 4))
+    z = np.broadcast_to([-_TYRETHICK / 2, -_TYRETHICK / 2, _TYRETHICK / 2, _TYRETHICK / 2], (count, 4))
     vertices = np.concatenate([rings, z[:, :, None]], axis=2).reshape(-1, 3)
     faces = []
     for k in range(count - 1):
@@ -127,11 +127,22 @@ def _ribbon(line: Float[np.ndarray, "n 2"]) -> TriangleMesh:
 
 StainKind = Literal["stain", "patch", "water"]
 STAINS: tuple[StainKind, ...] = ("stain", "patch", "water")
+_AROUND = 90
+"""Corners of the outline of a stain."""
+_RAGGED = (7, 9, 12, 17, 23, 31)
+"""Waves around it that make it ragged."""
 VARIANTS = 12
 """Different tracks and stains of each kind; few, so that their meshes are made once."""
 _TRACK = 0.95  # between the middles of a truck's front tyres (m)
 _TYRE = (0.09, 0.17)  # width of the band that a tyre leaves (m)
 _RADII = (2.2, 4.5)  # of turns into a place beside the aisle (m)
+_SEEN = 0.6  # fraction of the passes whose rubber is still there
+_SWAY = 0.035  # standard deviation of a pass about its lane, over the area's width
+_SOFT = ((1.0, 0.0), (0.68, 0.5), (0.36, 1.2))
+"""A tyre's band is bands in each other, which add up: widths over its own, and how much shorter each is at both ends
+(m)."""
+_SHORTEST = 0.6
+"""Fraction of its length that is left of a short band at least."""
 
 
 @cache
@@ -141,17 +152,23 @@ def tyre_tracks(length: float, width: float, passes: int, variant: int) -> Objec
     Dust and litter lie between them and at the sides.
     """
     rng = np.random.default_rng([430, variant])
-    faint, dark = [], []
-    for number in range(passes):
-        y = float(np.clip(rng.normal(0.0, 0.14 * width), -0.5 * width + 0.8, 0.5 * width - 0.8))
+    faint: list[TriangleMesh] = []
+    dark: list[TriangleMesh] = []
+    # Drivers keep to their habits: two or three lanes beside each other.
+    lanes = rng.uniform(-0.06, 0.06) * width + 0.17 * width * (np.arange(2 + variant % 2) - (1 + variant % 2) / 2)
+    for number in range(max(round(_SEEN * passes), 1)):
+        lane = lanes[rng.integers(len(lanes))] + rng.normal(0.0, _SWAY * width)
+        y = float(np.clip(lane, -0.5 * width + 0.8, 0.5 * width - 0.8))
         start, end = np.sort(rng.uniform(-length / 2, length / 2, 2)) if number % 3 else (-length / 2, length / 2)
         line = _straight(float(start), float(end), y, rng)
-        faint += [band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+        for side in (-1.0, 1.0):
+            faint += _soft_band(_beside(line, side * _TRACK / 2), rng.uniform(*_TYRE))
         if number % 2:
             turn = _turn(float(rng.uniform(-0.4, 0.4) * max(length - 6.0, 0.0)), y, width, rng)
-            faint += [band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE)) for side in (-1.0, 1.0)]
+            for side in (-1.0, 1.0):
+                faint += _soft_band(_beside(turn, side * _TRACK / 2), rng.uniform(*_TYRE))
             # Where it brakes and turns the outer tyre rubs off.
-            dark.append(band(_beside(turn, -_TRACK / 2)[4:14], 0.08))
+            dark += _soft_band(_beside(turn, -_TRACK / 2)[4:14], 0.09)
     parts = [_flat(band, "tyre_faint") for band in faint] + [_flat(band, "tyre_dark") for band in dark]
     # What lies about stays in the box of the tracks, so that this has the size of tracks alone.
     points = np.concatenate([part.mesh.vertices[:, :2] for part in parts])
@@ -164,7 +181,10 @@ def tyre_tracks(length: float, width: float, passes: int, variant: int) -> Objec
 
 @cache
 def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
-    """Build an oil stain, a repaired patch or a puddle, 0.3-2 m wide; stains and water are darker inside."""
+    """Build an oil stain, a repaired patch or a puddle, 0.3-2 m wide.
+
+    Stains and water have ragged outlines and are darker inside; where a stain has dried its rim is the darkest.
+    """
     rng = np.random.default_rng([431, STAINS.index(kind), variant])
     name = f"floor_{kind}_{variant}"
     if kind == "patch":
@@ -172,17 +192,26 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         corners = ((-x, -y), (x, -y), (x, y), (-x, y))
         return _decal(name, 432, [_flat(prism(corners, THICK), "floor_repair")])
     reach = 0.06 + 0.3 * rng.random() ** 2 if kind == "stain" else rng.uniform(0.3, 0.9)
-    angle = np.arange(36) / 36 * 2 * np.pi
+    angle = np.arange(_AROUND) / _AROUND * 2 * np.pi
     wobble = sum(
         rng.uniform(0.05, 0.4) / order * np.cos(order * angle + rng.uniform(0, 2 * np.pi)) for order in (1, 2, 3, 5)
     )
     stretch, parts = rng.uniform(1.0, 1.9), []
-    for ring, fraction in enumerate((1.0, 0.9, 0.78, 0.6) if kind == "stain" else (1.0, 0.93)):
-        radius = reach * fraction * (1.0 + wobble)
-        outline = tuple(
-            zip((stretch * radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)
+    fractions, material = ((1.0, 0.88, 0.6), "floor_oil") if kind == "stain" else ((1.0, 0.93), "floor_water")
+    for ring, fraction in enumerate(fractions):
+        ragged = sum(
+            rng.normal(0.0, 0.35 if kind == "stain" else 0.12)
+            / order
+            * np.cos(order * angle + rng.uniform(0, 2 * np.pi))
+            for order in _RAGGED
         )
-        parts.append(_flat(prism(outline, THICK), "floor_oil" if kind == "stain" else "floor_water", ring * THICK))
+        radius = reach * fraction * np.maximum(1.0 + wobble + ragged, 0.15)
+        outline = np.column_stack([stretch * radius * np.cos(angle), radius * np.sin(angle)])
+        corners = tuple((float(x), float(y)) for x, y in outline)
+        parts.append(_flat(prism(corners, THICK), material, ring * THICK))
+        if kind == "stain" and ring == 0:
+            dried = 0.97 * np.concatenate([outline, outline[:1]])
+            parts.append(_flat(band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), ends=1.0), material, THICK / 2))
     return _decal(name, 431 if kind == "stain" else 433, parts)
 
 
@@ -204,6 +233,19 @@ def _beside(line: Float[np.ndarray, "n 2"], offset: float) -> Float[np.ndarray, 
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     return line + offset * np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def _soft_band(line: Float[np.ndarray, "n 2"], width: float) -> list[TriangleMesh]:
+    """Return the bands in each other of a tyre of ``width`` m along a line: pale at their sides and ends."""
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    bands = []
+    for fraction, shorter in _SOFT:
+        inset = min(shorter, (1.0 - _SHORTEST) / 2 * way[-1])
+        between = way[(way > inset) & (way < way[-1] - inset)]
+        at = np.concatenate([[inset], between, [way[-1] - inset]])
+        shortened = np.column_stack([np.interp(at, way, line[:, axis]) for axis in (0, 1)])
+        bands.append(band(shortened, fraction * width))
+    return bands
 
 
 def _flat(mesh: TriangleMesh, material: str, lift: float = 0.0) -> Part:

@@ -59,7 +59,7 @@ PRESETS: dict[PresetName, Preset] = {
         pattern=(1.0, 0.0),
         ambient_fraction=0.06,
         hour="dusk",
-        exposure=ExposureConfig(min_ev=4.6),
+        exposure=ExposureConfig(min_ev=2.6),
     ),
     "harsh": Preset(
         lux=Distribution.uniform(150.0, 350.0),
@@ -87,7 +87,7 @@ PRESETS: dict[PresetName, Preset] = {
         hour="night",
         headlights=True,
         white_balance=5000.0,
-        exposure=ExposureConfig(min_ev=4.2),
+        exposure=ExposureConfig(min_ev=2.6),
     ),
     "mixed_colour": Preset(
         lux=Distribution.uniform(150.0, 250.0),

@@ -1,6 +1,6 @@
 """RGB-D cameras: a clean rendering becomes the colours and the depth that a real camera would give."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -32,6 +32,8 @@ class RgbdConfig:
         surfaces = view.surfaces(T_world_camera, depth.needs_reflections) if depth.needs_surfaces else None
         film = view.film_before(T_world_camera) if depth.sees_film else None
         capture = Capture(view.camera, view.exposure_ev, view.camera_motion(T_world_camera), surfaces, film)
+        if view.color and self.color.auto_white_balance > 0:
+            capture = replace(capture, light=view.light_color(T_world_camera))
         return read_rgbd(buffers, capture, self, rng, view.color)
 
 

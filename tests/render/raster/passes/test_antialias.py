@@ -57,14 +57,13 @@ def test_a_slanted_edge_has_the_brightness_of_the_area_it_covers(renderer: Rende
 
 @pytest.mark.gl
 def test_thin_boards_far_away_are_lines_and_no_dots(renderer: Renderer) -> None:
-    """A board of 2 cm at 15 m is 0.96 px high: nearly every column holds the light of its thickness."""
+    """A board of 2 cm at 15 m is 0.96 px high: every column holds the light of its thickness."""
     renderer.load(boards(0.03, 0.02, 15.0))
     camera = PinholeCamera.from_focal(1224, 370, 721.5377)
     light, _ = rendered_coverage(renderer, camera)
     columns = light.sum(axis=0)[590:634]
     expected = 0.02 * 721.5377 / (15.0 - 0.01) / np.cos(0.03)
-    assert (np.abs(columns / expected - 1) < 0.15).mean() > 0.9
-    assert columns.mean() == pytest.approx(expected, rel=0.05)
+    assert np.abs(columns / expected - 1).max() < 0.1
 
 
 @pytest.mark.gl

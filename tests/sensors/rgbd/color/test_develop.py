@@ -30,3 +30,11 @@ def test_edges_are_amplified_by_their_fraction() -> None:
     sharp = develop(edge, noise=0.0, denoise=0.0, sharpen=0.5)
     assert np.abs(sharp[..., 0] - expected).max() <= 2.0
     assert sharp.max() > 165
+
+
+def test_a_thin_line_has_no_colour_and_a_broad_one_keeps_it() -> None:
+    for width, least, most in ((1, 0.0, 4.0), (12, 30.0, 100.0)):
+        image = np.full((60, 80, 3), 120, np.uint8)
+        image[:, 40 : 40 + width] = (160, 110, 70)
+        developed = develop(image, noise=1.0, denoise=0.5, sharpen=0.0)[:, 40 + width // 2].astype(int)
+        assert least <= np.abs(developed[:, 0] - developed[:, 2]).mean() <= most

@@ -7,9 +7,10 @@ than a pass over the image.
 """
 
 import numpy as np
-from jaxtyping import Float, Float32, UInt8, UInt32
+from jaxtyping import Float, Float32, Int, UInt8, UInt32
 
 from warehouse_sim.color import linear_from_srgb, srgb_from_linear
+from warehouse_sim.render.raster.passes.dashes import Strips, joined
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = range(4)
 _STEPS = 4095
@@ -54,10 +55,21 @@ def _fading(taken: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     goes before they can be distinguished.
     """
     left = np.clip(1.0 - taken, 0.0, 0.5)
-    rise = np.clip((left - _THINNEST) / (0.5 - _THINNEST), 0.0, 1.0)
-    return np.where(taken > 0.5, (1.0 - left * rise * rise * (3.0 - 2.0 * rise)) / np.maximum(taken, 0.5), 1.0)
+    return np.where(taken > 0.5, (1.0 - left * _rising(left)) / np.maximum(taken, 0.5), 1.0)
 
 
+def _rising(width: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Return how much of a strip of a width (px) is shown: none of the thinnest, all from half a pixel on."""
+    rise = np.clip((width - _THINNEST) / (0.5 - _THINNEST), 0.0, 1.0)
+    return rise * rise * (3.0 - 2.0 * rise)
+
+
+def _distances() -> Float32[np.ndarray, "256"]:
+    """Return how far the border of each stored reach lies from the centre of its pixel (px)."""
+    return (1.0 - (np.arange(256) // 4 - 0.5) / 63.0).astype(np.float32)
+
+
+_DISTANCE = _distances()
 _LINEAR, _SHOWN = _decode(), _encode()
 _LOST, _GAINED = _fractions()
 
@@ -73,6 +85,7 @@ class EdgeSmoother:
         self._size = size
         self._flag = np.empty(size[0] * size[1], bool)
         self._row = np.empty(size[0] * size[1], np.int32)
+        self._border = np.empty(size[0] * size[1], np.float32)
 
     def smooth(
         self,
@@ -94,7 +107,7 @@ class EdgeSmoother:
         near_edge = np.flatnonzero(np.not_equal(words, 0, out=self._flag))
         bytes_of = _bytes(words[near_edge])
         row, column = np.divmod(near_edge, width)
-        taking, giving, fractions = [], [], []
+        taking, giving, fractions, strips = [], [], [], []
         for step, forth, back, room_forth, room_back in (
             (1, _RIGHT, _LEFT, column < width - 1, column > 0),
             (width, _BOTTOM, _TOP, row < height - 1, row > 0),
@@ -112,26 +125,49 @@ class EdgeSmoother:
                 np.where(by_mine, _LOST[mine], _GAINED[theirs]),
                 np.where(by_mine, _GAINED[mine], _LOST[theirs]),
             ]
-        beside = len(taking[0]) + len(taking[1])
-        self._blend(rgba, np.concatenate(taking), np.concatenate(giving), np.concatenate(fractions), beside)
+            after = np.where(by_mine, _DISTANCE[mine], 1.0 - _DISTANCE[theirs])
+            strips.append(self._strips(first, after, step))
+        ends = len(taking[0]) + len(taking[1]), sum(map(len, taking))
+        colors = rgba.view(np.uint32).reshape(-1)
+        for strip in strips:
+            more = joined(strip, self._size, nearness, colors, self._row)
+            taking.append(more.taking)
+            giving.append(more.giving)
+            fractions.append(more.fraction * _rising(more.width))
+        self._blend(rgba, np.concatenate(taking), np.concatenate(giving), np.concatenate(fractions), ends)
+
+    def _strips(self, first: Int[np.ndarray, " n"], after: Float32[np.ndarray, " n"], step: int) -> Strips:
+        """Return the pixels that two borders cross; those after ``first`` lie ``after`` (px) from its centres."""
+        self._border[:] = 0.0
+        self._border[first] = np.maximum(after, _LEAST)
+        ending = self._border[first + step]
+        width = ending + 1.0 - after
+        crossed = np.flatnonzero((ending > 0.0) & (width < 1.0) & (width > _THINNEST))
+        before, ending = 1.0 - after[crossed], ending[crossed]
+        return Strips(first[crossed] + step, ending + before, (ending - before) / 2.0, step)
 
     def _blend(
-        self, rgba: np.ndarray, taking: np.ndarray, giving: np.ndarray, fraction: np.ndarray, beside: int
+        self,
+        rgba: np.ndarray,
+        taking: np.ndarray,
+        giving: np.ndarray,
+        fraction: np.ndarray,
+        ends: tuple[int, int],
     ) -> None:
         """Replace in each pixel of ``taking`` a ``fraction`` by the colour of ``giving``; pixels may take twice.
 
-        The first ``beside`` pairs lie beside each other, the others below each other.
+        The first pairs lie beside each other, those from one end to the other below each other, the rest in gaps.
         """
         colors = rgba.view(np.uint32).reshape(-1)
         seen = np.flatnonzero((fraction > _LEAST) & (colors[taking] != colors[giving]))
-        beside = int(np.searchsorted(seen, beside))
+        beside, below = (int(number) for number in np.searchsorted(seen, ends))
         taking, fraction, given = taking[seen], fraction[seen], _bytes(colors[giving[seen]])
         self._flag[:] = False
         self._flag[taking] = True
         pixels = np.flatnonzero(self._flag)
         self._row[pixels] = np.arange(len(pixels))
         row = self._row[taking]
-        for pairs in (slice(None, beside), slice(beside, None)):
+        for pairs in (slice(None, beside), slice(beside, below)):
             fraction[pairs] *= _fading(np.bincount(row[pairs], fraction[pairs], len(pixels)))[row[pairs]]
         total = np.bincount(row, fraction, len(pixels))
         scale = 1.0 / np.maximum(total, 1.0)  # a sliver between two borders may be covered from both sides

@@ -9,6 +9,7 @@ from warehouse_sim.sensors.rgbd.color.config import IDEAL_COLOR, ColorConfig
 from warehouse_sim.sensors.rgbd.color.optics import add_glare, blur_by_motion, spread_points, vignetting_factor
 from warehouse_sim.sensors.rgbd.color.pixels import linear_light, noise_in_codes, read_pixels
 from warehouse_sim.sensors.view import Capture
+from warehouse_sim.sensors.white_balance import balancing
 
 
 def flicker_factor(
@@ -36,6 +37,8 @@ _FINE = (5, 5)
 """Pixels of the Gaussian that tells fine detail from what is under it."""
 _COLOR = (7, 7)
 """The same for colour differences, which eyes and JPEG see coarsely."""
+_FALSE_COLOR = 5
+"""Pixels of the median that takes the colours of the filter's pattern off thin lines."""
 
 
 def develop(
@@ -61,7 +64,8 @@ def develop(
     detail = cv2.addWeighted(brightness, 1.0, base, -1.0, 128.0)  # saturates: finer detail than half of all codes
     kept = cv2.LUT(detail, _detail_table(denoise * noise, 1.0 + sharpen))
     if denoise > 0:
-        red, blue = (cv2.GaussianBlur(color, _COLOR, 0) for color in (red, blue))
+        # Lines a pixel wide are blue or orange as they fall on the filter; a median (Freeman 1988) drops what is so thin.
+        red, blue = (cv2.GaussianBlur(cv2.medianBlur(color, _FALSE_COLOR), _COLOR, 0) for color in (red, blue))
     return cv2.cvtColor(cv2.merge([cv2.add(base, kept, dtype=cv2.CV_8U), red, blue]), cv2.COLOR_YCrCb2RGB)
 
 
@@ -102,7 +106,7 @@ def read_color(
         exposed = shutter if config.motion_blur else 0.0
         light = blur_by_motion(light, buffers.depth, capture.camera, capture.motion, exposed, readout)
     light = spread_points(add_glare(light, config.glare), config.blur_px)
-    factors = _factors(light.shape[0], config, shutter, rng)
+    factors = _factors(light.shape[0], capture, config, shutter, rng)
     if config.vignetting > 0:
         factors.append(vignetting_factor(capture.camera, config.vignetting))
     rgb = read_pixels(light, factors, config, gain, rng)
@@ -111,11 +115,12 @@ def read_color(
 
 
 def _factors(
-    rows: int, config: ColorConfig, shutter: float, rng: np.random.Generator
+    rows: int, capture: Capture, config: ColorConfig, shutter: float, rng: np.random.Generator
 ) -> list[Float32[np.ndarray, "..."]]:
     """Return the factors of one image: on its channels, and on its rows where the light flickers."""
     exposure, red, blue = rng.standard_normal(3)
     tint = np.exp(config.white_balance_error * np.array([red, 0.0, blue]))
+    tint = tint * balancing(capture.light, config.auto_white_balance)
     balance = (2.0 ** (config.exposure_error * exposure) * tint).astype(np.float32)
     if config.flicker == 0:
         return [balance]

@@ -33,6 +33,8 @@ class ColorConfig:
     """Longest exposure (ms), 0.001-10,000; where it is too short for the scene, the gain rises."""
     exposure_error: Annotated[float, Range(0, 10, "stops")] = 0.1
     """Standard deviation of an image's exposure (stops), 0-10."""
+    auto_white_balance: Fraction = 0.8
+    """Fraction of the cast of the light in view that the camera takes away, 0-1. No source: a prior."""
     white_balance_error: Fraction = 0.015
     """Standard deviation of the gains of red and blue, relative, 0-1."""
     vignetting: Fraction = 0.2
@@ -104,7 +106,7 @@ class ColorConfig:
         return min(wanted, longest), max(wanted / longest, 1.0)
 
 
-_UNDEVELOPED = ColorConfig(bits=12, denoise=0.0, sharpen=0.0, jpeg_quality=None)
+_UNDEVELOPED = ColorConfig(auto_white_balance=0.0, bits=12, denoise=0.0, sharpen=0.0, jpeg_quality=None)
 # Small pixels read row by row, and much development. Practical prior.
 _PHONE = ColorConfig(
     noise_scale=1.6, exposure_error=0.2, rolling_shutter_ms=20.0, vignetting=0.3, denoise=0.6, sharpen=1.5
