@@ -7,8 +7,8 @@ import pytest
 import warehouse_sim as ws
 from tests.api.crates import write_crate
 from warehouse_sim.errors import ConfigError, InputError, UnknownNameError, WarehouseSimError
-from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.difficulty import with_difficulty
 from warehouse_sim.scene import sample_scene
 
 

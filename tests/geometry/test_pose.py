@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from warehouse_sim.geometry.pose import (
-    SymmetryGroup,
     level_camera,
     look_at,
     make_transform,
@@ -13,6 +12,7 @@ from warehouse_sim.geometry.pose import (
     rotation_z,
     transform_points,
 )
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 def random_transform(rng: np.random.Generator) -> np.ndarray:

@@ -15,7 +15,7 @@ from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Found, Sought
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import seeded_surface
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement, PoseEstimate
 
 _NOBODY_PROPOSES = np.empty((0, 4, 4))

@@ -13,7 +13,8 @@ from warehouse_sim.estimators.pose.fitting.verification import DepthView, judge
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 class IcpRefiner:

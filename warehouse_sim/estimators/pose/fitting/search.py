@@ -13,7 +13,8 @@ from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verifi
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
 from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, invert, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,8 @@ from warehouse_sim.estimators.pose.densefusion.training.preparation import (
 )
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.estimators.train import train
-from warehouse_sim.geometry.pose import SymmetryGroup, matrix_from_quat_wxyz, rotation_angle, rotation_x, rotation_z
+from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, rotation_angle, rotation_x, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.learning.run_folder import DatasetSource, write_weights
 
 C2 = SymmetryGroup.turns("z", 2).transforms[:, :3, :3]

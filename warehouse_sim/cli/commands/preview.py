@@ -62,8 +62,8 @@ def preview(
     if json is not None:
         raise InputError("--json belongs to --check; add --check, or leave it out")
     from warehouse_sim.generation.contact_sheet import render_contact_sheet
-    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.recipe.difficulty import with_difficulty
     from warehouse_sim.render import option_settings, with_shortcuts
 
     pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
@@ -97,8 +97,8 @@ def _check_scene(recipe: str, scene: int, seed: int, json: Path | None, difficul
     """
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
-    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.recipe.difficulty import with_difficulty
     from warehouse_sim.generation.scene import ATTEMPTS
     from warehouse_sim.physics import crush_state, settle_scene
     from warehouse_sim.scene import sample_scene
