@@ -14,8 +14,7 @@ from torch import Tensor, nn
 from torch.nn.parallel import DistributedDataParallel
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.learning.averaging import MovingAverage
-from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
+from warehouse_sim.learning.checkpoint import MovingAverage, latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
 from warehouse_sim.learning.compute import choose_precision, mixed, on_device
 from warehouse_sim.learning.observer import Observer, TrainingState
