@@ -188,8 +188,8 @@ def test_settling_a_settled_scene_moves_it_no_further() -> None:
     ("settings", "message"),
     [
         ({"max_time": 0}, "max_time must be 0.1-60 s"),
-        ({"max_gap_mm": -1}, "max_gap_mm must be 0.001-1,000 mm, found -1"),
-        ({"max_gap": 1}, "max_gap is not a setting; did you mean 'max_gap_mm'"),
+        ({"max_drift_mm": -1}, "max_drift_mm must be 0.001-10,000 mm, found -1"),
+        ({"max_drift": 1}, "max_drift is not a setting; did you mean 'max_drift_mm'"),
     ],
 )
 def test_bad_settings_name_the_key(settings: dict[str, object], message: str) -> None:

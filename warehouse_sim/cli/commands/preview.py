@@ -142,6 +142,8 @@ def _crush_lines(crush: "CrushState") -> list[str]:
 
 def _measured(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
     """Return what was measured and, where there is one, the limit."""
+    from warehouse_sim.physics.settle import MAX_GAP_MM, MAX_OVERLAP_MM, REST_SPEED
+
     classes = [scene.model_of(item).class_name for item in scene.instances]
     loose = sum(item.dynamic for item in scene.instances)
     counts = ", ".join(f"{classes.count(name)} {name}" for name in sorted(set(classes)))
@@ -149,10 +151,10 @@ def _measured(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig"
     return [
         f"{len(classes)} objects: {counts}",
         f"{loose} loose objects in {report.stacks} stacks, each at rest within {report.duration:.2f} s",
-        f"speed        {report.max_speed:9.5f} m/s   limit {limits.rest_speed:g}",
-        f"overlap      {mm * report.max_overlap:9.3f} mm    limit {limits.max_overlap_mm:g}",
-        f"floating     {mm * report.max_gap:9.3f} mm    limit {limits.max_gap_mm:g}",
-        f"lowest point {mm * report.lowest:9.3f} mm    limit {-limits.max_overlap_mm:g}, the floor is 0",
+        f"speed        {report.max_speed:9.5f} m/s   limit {REST_SPEED:g}",
+        f"overlap      {mm * report.max_overlap:9.3f} mm    limit {MAX_OVERLAP_MM:g}",
+        f"floating     {mm * report.max_gap:9.3f} mm    limit {MAX_GAP_MM:g}",
+        f"lowest point {mm * report.lowest:9.3f} mm    limit {-MAX_OVERLAP_MM:g}, the floor is 0",
         f"drift        {mm * report.max_drift:9.3f} mm    limit {limits.max_drift_mm:g}, before impulses",
         f"tilt         {degrees(report.max_tilt):9.3f} deg   limit {limits.max_tilt_deg:g}, before impulses",
         f"{len(report.struck)} loads struck: {len(report.shifted)} pieces shifted, {len(report.leaning)} leaning, "

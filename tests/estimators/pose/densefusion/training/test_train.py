@@ -151,7 +151,7 @@ def test_several_datasets_are_trained_on_together(toy_root: Path, tmp_path: Path
 
 
 def test_training_begins_with_given_weights(toy_root: Path, tmp_path: Path, finished: Path) -> None:
-    still = replace(SHORT, max_steps=1, validations=1, learning_rate=1e-9, weight_decay=0.0)
+    still = replace(SHORT, max_steps=1, validations=1, learning_rate=1e-9)
     run = train(POINTS, toy_root, tmp_path / "run", still, init=str(finished))
     assert PoseRun.read(run).started_from.name == str(finished)
     for name, value in weights(finished).items():
