@@ -24,8 +24,6 @@ class LoopConfig:
     """Samples a step, 1-65,536."""
     learning_rate: Annotated[float, Range(0.000000001, 10)] = 1.5e-3
     """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    warmup_steps: Annotated[int, Range(0, 1_000_000_000)] = 100
-    """Steps over which the learning rate rises, at most a tenth of the run, 0-1,000,000,000."""
     ema: Annotated[float, Range(0, 0.999999)] = 0.999
     """Fraction of the running average of the weights that stays at each step, 0-0.999999; validation and the run folder
     have the average. 0 for the last weights themselves."""
@@ -41,6 +39,8 @@ class LoopConfig:
     seed: Seed = 0
     """Decides initial weights, order and disturbance of the samples, >= 0."""
 
+    warmup_steps: ClassVar[int] = 100
+    """Steps over which the learning rate rises, at most a tenth of the run."""
     weight_decay: ClassVar[float] = 1e-4
     """Decoupled weight decay of AdamW."""
     clip_norm: ClassVar[float] = 1.0

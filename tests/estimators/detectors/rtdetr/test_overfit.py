@@ -26,9 +26,7 @@ def test_what_is_seen_often_is_found(library, toy_root: Path, tmp_path: Path, mo
     monkeypatch.setattr(compose, "_SHIFT", 0.0)
     monkeypatch.setattr(compose, "_FLIP", 0.0)
     monkeypatch.setattr(compose, "_ERRORS", compose.ImageErrors(0.0, 0.0, 0.0, 0, 0.0))
-    config = replace(
-        CONFIG, max_steps=200, input_wh=(160, 96), learning_rate=1e-3, warmup_steps=10, ema=0.9, augment=AS_THEY_ARE
-    )
+    config = replace(CONFIG, max_steps=200, input_wh=(160, 96), learning_rate=1e-3, ema=0.9, augment=AS_THEY_ARE)
     detector = TrainedRtdetr(
         train("rtdetr-depth", toy_root, tmp_path / "run", config, cache=Path("none")), DetectConfig(min_score=0.01)
     )

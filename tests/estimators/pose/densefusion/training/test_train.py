@@ -21,7 +21,7 @@ from warehouse_sim.estimators.pose.densefusion.training import train as pose_tas
 from warehouse_sim.estimators.train import train
 
 POINTS = "densefusion-pointcloud"
-SHORT = TrainConfig(max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", warmup_steps=2, workers=1)
+SHORT = TrainConfig(max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", workers=1)
 
 
 @pytest.fixture(scope="module")
