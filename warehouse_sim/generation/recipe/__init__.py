@@ -113,7 +113,7 @@ def with_own_object(
         low, high = count
         settings["traffic"] = {"objects": _joined(scene.traffic.objects, name), "own": {"min": low, "max": high}}
     loads: dict[str, Any] = {}
-    has_shelves = hasattr(scene.layout, "goods_fraction")
+    has_shelves = scene.layout.has_shelves
     if "shelf" in places and has_shelves:
         settings["layout"] = {"goods_fraction": fraction}
     if "pallet" in places or ("shelf" in places and not has_shelves):

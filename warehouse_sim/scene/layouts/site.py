@@ -139,6 +139,8 @@ class Layout(ABC):
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, "type[Layout]"]] = {}
     """Value of ``layout.kind`` in a recipe -> its settings: every layout that is defined."""
+    has_shelves: ClassVar[bool] = False
+    """Whether some of its places can be kept for goods of the user's own, by the setting ``goods_fraction``."""
 
     aisle_width: Annotated[float, Range(1.5, 15, "m")] = 9.5
     """Free floor in front (m), 1.5-15; an observation needs its distance and about 1 m more, unless it looks along."""
@@ -187,7 +189,7 @@ class Layout(ABC):
 
     @property
     def goods_fraction(self) -> float:
-        """Fraction of its places kept for goods of the user's own, 0-1; a setting of the layouts that have some."""
+        """Fraction of its places kept for goods of the user's own, 0-1; a setting of layouts that have shelves."""
         return 0.0
 
     @property

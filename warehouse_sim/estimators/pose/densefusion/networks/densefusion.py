@@ -49,7 +49,7 @@ class DenseFusionConfig:
     fusion: AttentionConfig | None = None
     """How several images are fused at the points; without it their embeddings are joined channel-wise."""
     inliers: bool = False
-    """Whether points around the mask are told from the object's; else all points are taken for the object's."""
+    """Whether it distinguishes points around the mask from the object's; else all points count as the object's."""
     upright: bool = False
     """Whether clouds stand upright where gravity is known, and an input says where they do."""
 
