@@ -1,8 +1,8 @@
 import numpy as np
 
 from warehouse_sim.catalog.parts import box_part, fused, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import rotation_z
+from warehouse_sim.geometry.solids import unit_cylinder
 
 
 def test_fusing_keeps_every_triangle_in_place_with_one_part_a_material() -> None:

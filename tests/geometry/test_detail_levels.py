@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.catalog.racks.upright import upright_mesh
+from warehouse_sim.geometry.detail_levels import detail_levels, facets, parallelograms, plane_regions
 from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, sample_surface, unit_box
-from warehouse_sim.geometry.mesh.detail_levels import detail_levels, facets, parallelograms, plane_regions
-from warehouse_sim.geometry.mesh.solids import prism, unit_cylinder
+from warehouse_sim.geometry.solids import prism, unit_cylinder
 
 
 def plate(x: float, y: float, z: float, thick: float) -> TriangleMesh:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.catalog.covering import volume
-from warehouse_sim.geometry.mesh.solids import (
+from warehouse_sim.geometry.solids import (
     lathe,
     prism,
     superellipsoid,

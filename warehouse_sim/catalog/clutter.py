@@ -10,8 +10,8 @@ import numpy as np
 from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_part
 from warehouse_sim.catalog.traffic.shapes import assembled, rod, wheel
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh.solids import lathe, prism, superellipsoid, unit_cylinder, unit_tube
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.geometry.solids import lathe, prism, superellipsoid, unit_cylinder, unit_tube
 from warehouse_sim.schema import ObjectModel, Part
 
 

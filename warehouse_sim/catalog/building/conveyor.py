@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of, solid_box, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import rotation_x
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 

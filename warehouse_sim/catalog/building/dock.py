@@ -12,8 +12,8 @@ import numpy as np
 from warehouse_sim.catalog.building.shell import OPENING_HEIGHT, OPENING_WIDTH
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of, solid_box, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import rotation_y
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 TRAILER_SIZE = (2.55, 13.62, 2.7)

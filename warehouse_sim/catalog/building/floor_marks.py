@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import box_part, fused, mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import prism
 from warehouse_sim.geometry.pose import rotation_z
+from warehouse_sim.geometry.solids import prism
 from warehouse_sim.schema import ObjectModel, Part
 
 LINE_WIDTH = 0.1

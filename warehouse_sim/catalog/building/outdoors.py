@@ -13,8 +13,8 @@ import numpy as np
 from warehouse_sim.catalog.materials import SKY_BANDS
 from warehouse_sim.catalog.parts import box_part, fused, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 OUTDOORS = "outdoors"

@@ -18,8 +18,8 @@ from warehouse_sim.catalog.parts import (
     solid_box,
     solid_part,
 )
-from warehouse_sim.geometry.mesh.solids import lathe, prism, unit_cylinder
 from warehouse_sim.geometry.pose import rotation_x, rotation_y
+from warehouse_sim.geometry.solids import lathe, prism, unit_cylinder
 from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 
 GATE_SIZE = (4.2, 0.14, 4.4)

@@ -13,8 +13,8 @@ from warehouse_sim.catalog.parts import (
     solid_box,
     solid_part,
 )
-from warehouse_sim.geometry.mesh.solids import lathe, prism
 from warehouse_sim.geometry.pose import rotation_y
+from warehouse_sim.geometry.solids import lathe, prism
 from warehouse_sim.schema import LuminousFace, ObjectModel
 
 _LUMINAIRE_SIZE = (1.2, 0.32, 0.09)

@@ -14,8 +14,8 @@ import numpy as np
 from warehouse_sim.catalog.building.shell import FLOOR_SIZE, WALL_SIZE, jointed_parts, ribbed_sheet
 from warehouse_sim.catalog.building.structure import CEILING_SIZE, ceiling, column_concrete, column_steel, roof_truss
 from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_box, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import rotation_y
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 WallKind = Literal["panels", "cladding", "sandwich", "blockwork", "plaster"]

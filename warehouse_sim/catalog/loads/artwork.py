@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from warehouse_sim.geometry.mesh.solids import Outline, prism
 from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.solids import Outline, prism
 from warehouse_sim.schema import Part
 
 Side = Literal["-x", "+x", "-y", "+y"]

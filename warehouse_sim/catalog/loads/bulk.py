@@ -29,8 +29,8 @@ from warehouse_sim.catalog.loads.artwork import (
 from warehouse_sim.catalog.loads.cages import bar, stations
 from warehouse_sim.catalog.parts import box_part, fused, lofted, mesh_part, model_of, slab_part, solid_box, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.mesh.solids import Outline, prism, unit_cylinder
 from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.solids import Outline, prism, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 _LID, _SKIN = 0.12, 0.004

@@ -16,8 +16,8 @@ import numpy as np
 from warehouse_sim.catalog.loads.artwork import barcode, moved, on_side, rectangle, text_lines
 from warehouse_sim.catalog.loads.cartons import carton
 from warehouse_sim.catalog.parts import box_part, fused, model_of, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 Axis = int

@@ -13,8 +13,8 @@ import numpy as np
 from warehouse_sim.catalog.loads.artwork import barcode, moved, text_lines
 from warehouse_sim.catalog.parts import fused, mesh_part, model_of, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh.solids import Outline, lathe, prism, unit_cylinder
 from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.solids import Outline, lathe, prism, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 _SEGMENTS = 40

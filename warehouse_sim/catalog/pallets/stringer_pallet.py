@@ -16,7 +16,7 @@ import numpy as np
 from warehouse_sim.catalog.pallets.pockets import Window, pallet_model, window_between
 from warehouse_sim.catalog.parts import box_part, collision_boxes, in_role, mesh_part, solid_box
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh.solids import Outline, prism
+from warehouse_sim.geometry.solids import Outline, prism
 from warehouse_sim.schema import ObjectModel, Part
 
 _INCH = 0.0254

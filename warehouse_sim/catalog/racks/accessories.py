@@ -10,7 +10,7 @@ import numpy as np
 from warehouse_sim.catalog.loads.artwork import moved, on_side, word
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box
 from warehouse_sim.catalog.racks.pallet_racks import BEAM_DEPTH, FRAME_DEPTH, STEP_DEPTH, STEP_HEIGHT
-from warehouse_sim.geometry.mesh.solids import prism
+from warehouse_sim.geometry.solids import prism
 from warehouse_sim.schema import ObjectModel
 
 MOST_PALLET = 1600

@@ -8,7 +8,7 @@ bounding box; of goods: x along them. Lengths are those of the trade: tubes 6 m,
 import numpy as np
 
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, model_of, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_tube
+from warehouse_sim.geometry.solids import unit_tube
 from warehouse_sim.schema import ObjectModel, Part
 
 ARM_LENGTH, ARM_HEIGHT = 1.2, 0.1

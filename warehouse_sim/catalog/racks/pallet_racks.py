@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import box_part, collision_boxes, fused, mesh_part, model_of, solid_box, solid_part
 from warehouse_sim.catalog.racks.upright import UPRIGHT_DEPTH, UPRIGHT_WIDTH, upright_mesh
-from warehouse_sim.geometry.mesh.solids import prism, unit_cylinder
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.geometry.solids import prism, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 FRAME_DEPTH = 1.1

@@ -9,8 +9,8 @@ from warehouse_sim.catalog.parts import box_part, mesh_part, solid_box, solid_pa
 from warehouse_sim.catalog.traffic.shapes import assembled, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import Outline, lathe, superellipsoid, unit_cylinder
 from warehouse_sim.geometry.pose import make_transform, rotation_y
+from warehouse_sim.geometry.solids import Outline, lathe, superellipsoid, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 CONES = {"cone_500": (179, 0.50, 0.29, 1.5), "cone_750": (180, 0.75, 0.39, 3.2)}

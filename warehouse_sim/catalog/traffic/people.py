@@ -19,8 +19,8 @@ from warehouse_sim.catalog.parts import Triple, mesh_part, solid_part
 from warehouse_sim.catalog.traffic.shapes import assembled, centre_of, limb_box, smoothed, tube
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import lathe, superellipsoid
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y
+from warehouse_sim.geometry.solids import lathe, superellipsoid
 from warehouse_sim.schema import ObjectModel, Part
 
 Vector = Float[np.ndarray, " 3"]

@@ -12,8 +12,8 @@ from jaxtyping import Float
 from warehouse_sim.catalog.parts import Triple, fused, lofted, mesh_part, model_of, solid_part
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import Outline, lathe, prism, unit_cylinder
 from warehouse_sim.geometry.pose import make_transform, rotation_x
+from warehouse_sim.geometry.solids import Outline, lathe, prism, unit_cylinder
 from warehouse_sim.schema import ObjectModel, Part
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from warehouse_sim.catalog.parts import Triple, box_part, mesh_part, solid_part
 from warehouse_sim.catalog.traffic.shapes import rod, side_profile, tube
-from warehouse_sim.geometry.mesh.solids import lathe, superellipsoid, unit_cylinder
 from warehouse_sim.geometry.pose import rotation_y
+from warehouse_sim.geometry.solids import lathe, superellipsoid, unit_cylinder
 from warehouse_sim.schema import Part
 
 FORK_LENGTH, FORK_WIDTH, FORK_THICKNESS = 1.15, 0.10, 0.04

@@ -40,7 +40,7 @@ from warehouse_sim.catalog.traffic.truck_pieces import (
 )
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.mesh.solids import superellipsoid
+from warehouse_sim.geometry.solids import superellipsoid
 from warehouse_sim.schema import ObjectModel, Part
 
 FORKLIFT_WIDTH, FORKLIFT_LENGTH, FORKLIFT_HEIGHT = 1.09, 1.99 + FORK_LENGTH, 2.15

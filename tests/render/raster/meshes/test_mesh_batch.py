@@ -5,8 +5,8 @@ import pytest
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, unit_box
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import invert, level_camera, transform_points
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.conformance.subject import cast_image

@@ -5,8 +5,8 @@ import pytest
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
 from warehouse_sim.geometry.pose import level_camera, rotation_x, rotation_z
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
 from warehouse_sim.render.raster.meshes.parts import PartTable, build_part_table, placed_records

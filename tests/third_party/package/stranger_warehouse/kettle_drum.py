@@ -3,7 +3,7 @@
 import numpy as np
 
 from warehouse_sim.catalog.parts import solid_box, solid_part
-from warehouse_sim.geometry.mesh.solids import unit_cylinder
+from warehouse_sim.geometry.solids import unit_cylinder
 from warehouse_sim.schema import Material, ObjectModel
 
 COPPER = Material(

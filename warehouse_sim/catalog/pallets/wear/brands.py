@@ -12,7 +12,7 @@ import numpy as np
 from warehouse_sim.catalog.pallets.wear.damage import Member
 from warehouse_sim.catalog.parts import solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.geometry.mesh.solids import unit_tube
+from warehouse_sim.geometry.solids import unit_tube
 from warehouse_sim.schema import ObjectModel
 
 _ROWS, _PITCH = 7, 6

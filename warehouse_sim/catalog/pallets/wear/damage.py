@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog.parts import solid_part
-from warehouse_sim.geometry.mesh.solids import prism
 from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.solids import prism
 from warehouse_sim.schema import ObjectModel, Part
 
 Role = Literal["deck", "base", "cross", "block", "stringer", "bracket", "moulded"]

@@ -8,8 +8,8 @@ import numpy as np
 from warehouse_sim.catalog.pallets.wear.damage import Member
 from warehouse_sim.catalog.parts import mesh_part, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.mesh.solids import prism, unit_cylinder
 from warehouse_sim.geometry.pose import rotation_z
+from warehouse_sim.geometry.solids import prism, unit_cylinder
 from warehouse_sim.schema import Part
 
 PAINTED = ("pallet_blue", "pallet_blue_worn")

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int32, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.detail_levels import Facets, detail_levels, facets
 from warehouse_sim.geometry.mesh import TriangleMesh, equal_rows
-from warehouse_sim.geometry.mesh.detail_levels import Facets, detail_levels, facets
 from warehouse_sim.render.raster.meshes.parts import INSTANCE, INSTANCE_FORMAT, PartTable
 from warehouse_sim.render.raster.projection import NEAR
 
