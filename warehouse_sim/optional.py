@@ -1,8 +1,10 @@
 """Packages that an installation may lack, with one clear line when it does."""
 
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 from warehouse_sim.errors import MissingPackageError
 
@@ -19,6 +21,22 @@ EXTRAS = {
     "peers": ("pyrender", "trimesh"),
 }
 """Modules by the extra that brings them, where all of them are needed together."""
+
+
+def imported_when_used(package: str, homes: Mapping[str, str], name: str) -> Any:
+    """Return a name of a package from its module, imported only now (PEP 562).
+
+    Args:
+        package: The package's own name.
+        homes: Module of each of its names, without the package's.
+        name: The name.
+
+    Raises:
+        AttributeError: It has none of that name.
+    """
+    if name not in homes:
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+    return getattr(import_module(f"{package}.{homes[name]}"), name)
 
 
 def missing(extra: str) -> list[str]:

@@ -13,7 +13,7 @@ from warehouse_sim.evaluation.errors.pose_error import add, estimates_in_object
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation
 

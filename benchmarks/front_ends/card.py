@@ -14,7 +14,7 @@ from warehouse_sim.estimators.lidar.sweep.network import SweepRun
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.train import trainable
-from warehouse_sim.learning.run_folder import DatasetSource, read_kind
+from warehouse_sim.learning.run_folder import Source, read_kind
 
 _METRICS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
 
@@ -108,7 +108,7 @@ def _before(model: Path, name: str) -> str:
     return f"stages before it: {'; '.join(stages[::-1])}" if stages else f"weights of `{name}`"
 
 
-def _sources(datasets: Sequence[DatasetSource]) -> str:
+def _sources(datasets: Sequence[Source]) -> str:
     if len(datasets) > _MOST_NAMED:
         return (
             f"{len(datasets)} datasets of `benchmarks/front_ends/warehouses.py`, whose numbers are their seeds; "

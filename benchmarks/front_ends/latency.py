@@ -19,9 +19,8 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.boxes import suppress
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.estimators.lidar.pointcloud import LidarChain
+from warehouse_sim.estimators.lidar.pointcloud import LidarChain, resample
 from warehouse_sim.estimators.lidar.projection import sparse_depth
-from warehouse_sim.estimators.lidar.resample import resample
 from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.matching import taken_by

@@ -23,7 +23,7 @@ from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.geometry.mesh import diameter, sample_surface
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
-from warehouse_sim.learning.run_folder import DatasetSource, write_weights
+from warehouse_sim.learning.run_folder import Source, write_weights
 from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import ObjectModel, Observation
 
@@ -72,7 +72,7 @@ def _method(name: str, run: Path, models: list[ObjectModel], observation: Observ
     crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
     shapes = tuple(_shape(model) for model in models)
     made = {"objects": shapes, "network": network, "crop": crop, "train": TrainConfig()}
-    PoseRun(estimator=name, version="0", datasets=(DatasetSource("none", "0" * 64),), **made).write(run)
+    PoseRun(estimator=name, version="0", datasets=(Source("none", "0" * 64),), **made).write(run)
     torch.manual_seed(0)
     write_weights(run, DenseFusion(network, len(shapes)))
     write_meshes(run, {model.obj_id: model.mesh() for model in models})

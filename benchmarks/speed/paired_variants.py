@@ -7,8 +7,8 @@ from typing import Any
 
 from benchmarks.speed.subject import Settings
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.paired_variants import PairedVariantsConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.recipe.paired_variants import PairedVariantsConfig
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer

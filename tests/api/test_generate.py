@@ -31,16 +31,6 @@ def test_python_writes_the_bytes_of_the_command_and_replaces_them_on_request_alo
     assert hashes(tmp_path)["scenes/000000.json"] != before["scenes/000000.json"], "another seed is another scene"
 
 
-@pytest.mark.gl
-def test_a_recipe_of_python_and_its_file_give_the_same_data(shared: Shared, tmp_path: Path) -> None:
-    recipe = ws.recipe(shared.small, light="dim")
-    recipe.save(tmp_path / "mine.yaml")
-    one = ws.generate(recipe, str(tmp_path / "a"), scenes=1, formats="bop")
-    two = ws.generate(tmp_path / "mine.yaml", tmp_path / "b", scenes=1, formats=["bop"])
-    assert hashes(one.path / "bop") == hashes(two.path / "bop")
-    assert len(one) == 1
-
-
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [

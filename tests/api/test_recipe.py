@@ -7,8 +7,8 @@ import pytest
 import warehouse_sim as ws
 from tests.api.crates import write_crate
 from warehouse_sim.errors import ConfigError, InputError, UnknownNameError, WarehouseSimError
-from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.difficulty import with_difficulty
 from warehouse_sim.scene import sample_scene
 
 
@@ -61,7 +61,7 @@ def test_a_recipe_is_changed_further_and_stays_as_it_was() -> None:
 
 
 def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
-    recipe = ws.recipe("smoke", sensors=ws.Camera("kitti"), visible=(0.2, 0.5))
+    recipe = ws.recipe("smoke", light="dim", sensors=ws.Camera("kitti"), visible=(0.2, 0.5))
     recipe.save(tmp_path / "deep" / "mine.yaml")
     assert ws.recipe(tmp_path / "deep" / "mine.yaml").resolved == recipe.resolved
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.api.dataset import Dataset
-from warehouse_sim.api.torch_fields import FIELDS
+from warehouse_sim.api.observation.torch_fields import FIELDS
 from warehouse_sim.errors import InputError, UnknownNameError
 
 pytestmark = pytest.mark.gl

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.formats.bop.reader import read_model
 from warehouse_sim.dataset.object_gt import geometry_problems, hull_corners
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects, write_objects
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 MODELS = (PALLET, CARTON, catalog_object("gma_48x40"), catalog_object("plastic_nestable"))
 

@@ -6,7 +6,7 @@ from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 TRIVIAL = SymmetryGroup.trivial()
 

@@ -16,7 +16,8 @@ from warehouse_sim.dataset.validate import validate
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
-from warehouse_sim.geometry.pose import SymmetryGroup, invert, level_camera, make_transform, rotation_z
+from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import (
     LidarScan,
     Light,

@@ -16,7 +16,7 @@ from warehouse_sim.evaluation.errors.pose_error import add, add_s, estimates_in_
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.errors.visible_surface import BOP_DELTA, BOP_TAUS, depth_of, vsd
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate
 
 from .conftest import RunTool

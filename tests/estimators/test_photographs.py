@@ -10,7 +10,7 @@ from pycocotools.coco import COCO
 
 from warehouse_sim.cli.main import main
 from warehouse_sim.errors import InputError
-from warehouse_sim.estimators.photographs import find_in_photographs
+from warehouse_sim.estimators.predict.photographs import find_in_photographs
 
 
 @pytest.fixture(scope="module")

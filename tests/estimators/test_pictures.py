@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.pictures import write_pictures
 from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.predict.pictures import write_pictures
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import transform_points

@@ -3,7 +3,8 @@
 import numpy as np
 
 from warehouse_sim.geometry.boxes import box_corners
-from warehouse_sim.geometry.pose import SymmetryGroup, level_camera, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_x, rotation_y, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Pocket
 
 SIZE = np.array([1.2, 0.8, 0.144])

@@ -13,7 +13,8 @@ from warehouse_sim.evaluation import evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.bop_scores import BopScores, bop_scores, match_by_score
 from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, rotation_z
+from warehouse_sim.geometry.pose import make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 @pytest.fixture(scope="module")

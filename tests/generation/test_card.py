@@ -6,9 +6,9 @@ import pytest
 
 from warehouse_sim.dataset.card.of_dataset import write_recipe
 from warehouse_sim.dataset.card.text import OWNERS
-from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, recipe_licences, texture_licence
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.difficulty import with_difficulty
 
 
 @pytest.mark.parametrize("name", ["smoke", "industrial-v1", "domain_random", "selective_rack", "lighting_study"])

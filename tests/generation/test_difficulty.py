@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from warehouse_sim.errors import RecipeError
-from warehouse_sim.generation.difficulty import EASY_TO_HARD, with_difficulty
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.difficulty import EASY_TO_HARD, with_difficulty
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.render import open_renderer
 

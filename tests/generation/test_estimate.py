@@ -8,9 +8,8 @@ from tests.shared import hashes
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import OutputError
-from warehouse_sim.generation.allowance import Allowance
 from warehouse_sim.generation.estimate import estimate
-from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.generate import Allowance, generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 

@@ -7,9 +7,9 @@ import yaml
 
 from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import RecipeError
-from warehouse_sim.generation.extends import overlay
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.extends import overlay
 from warehouse_sim.resources import find_recipe
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.lighting.config import PRESETS

@@ -8,8 +8,8 @@ import pytest
 
 from warehouse_sim.errors import ConfigError, WarehouseSimError
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.paired_variants import Variant, base_variant
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.paired_variants import Variant, base_variant
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.ranges import Range, ranged

@@ -9,8 +9,8 @@ import pytest
 
 from warehouse_sim.config import from_mapping
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.paired_variants import base_variant
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.render import Renderer
 from warehouse_sim.schema import Observation

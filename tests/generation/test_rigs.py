@@ -15,9 +15,9 @@ from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.recipe.paired_variants import base_variant
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform, transform_points
 from warehouse_sim.render import Renderer

@@ -8,10 +8,10 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.generation.difficulty import with_difficulty
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.recipe.difficulty import with_difficulty
 from warehouse_sim.generation.scene import prepare_scene
 
 SMALL = {"width": 408, "height": 124, "focal_px": 240}

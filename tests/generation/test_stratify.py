@@ -1,10 +1,9 @@
 import pytest
 
 from warehouse_sim.config import from_mapping, to_mapping
-from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
+from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, scene_features
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.generation.stratify import scene_features
 
 
 def recipe(stratify: list[str]) -> Recipe:

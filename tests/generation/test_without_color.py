@@ -1,6 +1,7 @@
 """Where nobody wants colours none are drawn, developed or lit, and all else is the same."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from warehouse_sim.render.lens import LensRenderer
 from warehouse_sim.render.raster.loaded_scene import LoadedScene
 from warehouse_sim.render.raster.passes.film_pass import FilmPass
 from warehouse_sim.render.raster.passes.shading_pass import ShadingPass
-from warehouse_sim.render.renderer import render_without_color
+from warehouse_sim.render.renderer import Renderer, render_without_color
 from warehouse_sim.schema import Observation, SceneSpec
 from warehouse_sim.sensors import rgbd
 from warehouse_sim.sensors.rig import RigConfig
@@ -40,9 +41,10 @@ def seen(shared: Shared, **sensors: object) -> tuple[SceneSpec, RigConfig]:
     return prepare_scene(recipe, 3, 0).scene, recipe.sensors
 
 
-def observed(scene: SceneSpec, rig: RigConfig) -> Observation:
-    with open_renderer("raster") as renderer:
-        return next(observe_scene(scene, rig, renderer))
+def observed(scene: SceneSpec, rig: RigConfig, renderer: Renderer | None = None) -> Observation:
+    """Return what is seen by a renderer, by default one that has drawn nothing before."""
+    with nullcontext(renderer) if renderer else open_renderer("raster") as opened:
+        return next(observe_scene(scene, rig, opened))
 
 
 @pytest.fixture
@@ -66,20 +68,22 @@ def same(a: Observation, b: Observation) -> None:
 
 
 @pytest.mark.parametrize("depth", ["ideal", "kinect_v1", "flexx2"])
-def test_nothing_of_colour_is_made(shared: Shared, depth: str, forbid: Callable[..., None]) -> None:
+def test_nothing_of_colour_is_made(shared: Shared, depth: str, forbid: Callable[..., None], renderer: Renderer) -> None:
     scene, rig = seen(shared, rgbd={"depth": depth if depth != "ideal" else {"model": "ideal"}})
-    whole = observed(scene, rig)
+    whole = observed(scene, rig, renderer)
     forbid(*DRAWING, (rgbd, "read_color"))
     part = observed(scene, replace(rig, outputs=("depth", "masks", "poses", "lidar")))
     same(part, whole)
     assert part.rgbd.rgb.size == part.buffers.rgb.size == 0
     with pytest.raises(AssertionError, match="colours are made"):
-        observed(scene, rig)
+        observed(scene, rig, renderer)
 
 
-def test_depth_cameras_that_look_at_colours_have_them(shared: Shared, forbid: Callable[..., None]) -> None:
+def test_depth_cameras_that_look_at_colours_have_them(
+    shared: Shared, forbid: Callable[..., None], renderer: Renderer
+) -> None:
     scene, rig = seen(shared, rgbd={"depth": "d455"})
-    whole = observed(scene, rig)
+    whole = observed(scene, rig, renderer)
     forbid((rgbd, "read_color"))
     part = observed(scene, replace(rig, outputs=("depth", "poses")))
     same(part, whole)
@@ -87,12 +91,14 @@ def test_depth_cameras_that_look_at_colours_have_them(shared: Shared, forbid: Ca
     assert part.rgbd.rgb.size == 0
     forbid(*DRAWING)
     with pytest.raises(AssertionError, match="colours are made"):
-        observed(scene, replace(rig, outputs=("depth", "poses")))
+        observed(scene, replace(rig, outputs=("depth", "poses")), renderer)
 
 
-def test_clean_colours_are_drawn_and_second_cameras_read(shared: Shared, forbid: Callable[..., None]) -> None:
+def test_clean_colours_are_drawn_and_second_cameras_read(
+    shared: Shared, forbid: Callable[..., None], renderer: Renderer
+) -> None:
     scene, rig = seen(shared, right={"baseline": 0.1})
-    whole = observed(scene, rig)
+    whole = observed(scene, rig, renderer)
     pair = observed(scene, replace(rig, outputs=("poses", "right")))
     same(pair, whole)
     assert pair.stereo is not None

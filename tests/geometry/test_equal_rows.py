@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.geometry import equal_rows as module
-from warehouse_sim.geometry.equal_rows import equal_rows
+from warehouse_sim.geometry import mesh as module
+from warehouse_sim.geometry.mesh import equal_rows
 
 
 @pytest.mark.parametrize("collide", [False, True], ids=["hashed", "all hashes equal"])

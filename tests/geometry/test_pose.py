@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from warehouse_sim.geometry.pose import (
-    SymmetryGroup,
     level_camera,
     look_at,
     make_transform,
@@ -13,6 +12,7 @@ from warehouse_sim.geometry.pose import (
     rotation_z,
     transform_points,
 )
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 def random_transform(rng: np.random.Generator) -> np.ndarray:
@@ -27,11 +27,8 @@ def test_transform_points_agrees_with_homogeneous_product_for_batches() -> None:
     np.testing.assert_allclose(transform_points(T, points), expected, atol=1e-14)
 
 
-def test_quaternion_round_trip_also_at_half_turns() -> None:
-    rng = np.random.default_rng(2)
-    matrices = [matrix_from_quat_wxyz(rng.normal(size=4)) for _ in range(50)]
-    matrices += [np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1]), np.eye(3)]
-    for R in matrices:
+def test_quaternion_round_trip_at_half_turns() -> None:
+    for R in (np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1]), np.eye(3)):
         quat_wxyz = quat_wxyz_from_matrix(R)
         assert quat_wxyz[0] >= 0
         np.testing.assert_allclose(matrix_from_quat_wxyz(quat_wxyz), R, atol=1e-12)

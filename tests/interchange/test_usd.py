@@ -98,7 +98,8 @@ def test_triangles_and_bounds_are_those_of_the_scene(scene, stage) -> None:
 def test_objects_are_instances_that_stand_alone(scene, stage) -> None:
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert [prim.GetName() for prim in stage.GetPseudoRoot().GetChildren()] == ["World"]
-    assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
     objects = [prim for prim in stage.GetDefaultPrim().GetChildren() if prim.GetCustomDataByKey("instance_id")]
     assert len(objects) == len(scene.instances)
     assert all(prim.IsInstance() and Usd.ModelAPI(prim).GetKind() == "component" for prim in objects)

@@ -2,7 +2,7 @@ import pytest
 import torch
 from torch import nn
 
-from warehouse_sim.learning.averaging import MovingAverage
+from warehouse_sim.learning.checkpoint import MovingAverage
 
 
 def test_average_follows_the_recurrence_and_early_steps_count_more() -> None:

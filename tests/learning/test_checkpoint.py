@@ -11,7 +11,7 @@ from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.samples.order import SampleOrder
 from warehouse_sim.learning.settings import LoopConfig
 
-CONFIG = LoopConfig(max_minutes=None, max_steps=12, batch=4, validations=4, precision="32", warmup_steps=2)
+CONFIG = LoopConfig(max_minutes=None, max_steps=12, batch=4, validations=4, precision="32")
 
 
 class Line(Task):

@@ -1,9 +1,6 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import invert
 from warehouse_sim.physics import SettleConfig, SettleReport, contact_state, settle_scene
 from warehouse_sim.physics.impulses import ImpulseConfig
@@ -78,16 +75,3 @@ def test_wrapped_loads_are_left_alone_and_their_film_follows_the_pallet() -> Non
         np.testing.assert_allclose(
             T_pallet_film, invert(before[pallet.instance_id]) @ before[film.instance_id], atol=1e-9
         )
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"fraction": 2.0}, "fraction must be 0-1"),
-        ({"speed": Distribution.constant(9.0)}, "speed must stay within 0-5 m/s"),
-        ({"pieces": Distribution.constant(0)}, "pieces must stay within 1-1,000"),
-    ],
-)
-def test_settings_out_of_range_are_rejected(settings, message: str) -> None:
-    with pytest.raises(ConfigError, match=message):
-        replace(ImpulseConfig(), **settings)

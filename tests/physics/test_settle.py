@@ -9,7 +9,7 @@ import yaml
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.config import from_mapping
-from warehouse_sim.errors import ConfigError, SettleError
+from warehouse_sim.errors import SettleError
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import invert, make_transform, rotation_x, rotation_z, transform_points
 from warehouse_sim.physics import SettleConfig, SettleReport, settle_scene, to_mjspec
@@ -182,19 +182,6 @@ def test_settling_a_settled_scene_moves_it_no_further() -> None:
         for a, b in zip(settled.instances, again.instances, strict=True)
     ]
     assert np.abs(T).max() < 1e-4
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"max_time": 0}, "max_time must be 0.1-60 s"),
-        ({"max_gap_mm": -1}, "max_gap_mm must be 0.001-1,000 mm, found -1"),
-        ({"max_gap": 1}, "max_gap is not a setting; did you mean 'max_gap_mm'"),
-    ],
-)
-def test_bad_settings_name_the_key(settings: dict[str, object], message: str) -> None:
-    with pytest.raises(ConfigError, match=message):
-        from_mapping(SettleConfig, settings, "file.yaml: settle")
 
 
 def test_all_stacks_together_stay_where_each_came_to_rest_alone() -> None:

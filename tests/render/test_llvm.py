@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 from warehouse_sim.errors import RenderError
-from warehouse_sim.render.pathtrace import variant
+from warehouse_sim.render.pathtrace import backend as variant
 
 
 def test_what_is_no_llvm_has_no_version(tmp_path: Path) -> None:

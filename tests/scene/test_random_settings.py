@@ -15,7 +15,7 @@ PLAIN: dict[str, Any] = {
         "kind": "rack_aisle",
         "bays": {"min": 2, "max": 4},
         "beam_levels": [{"min": 1.4, "max": 1.6}, 3.0],
-        "ground_level": {"choices": [True, False]},
+        "signs": {"choices": [True, False]},
         "sides": {"choices": ["one", "both"], "weights": [1, 3]},
     },
     "loads": {"empty_fraction": {"mean": 0.3, "std": 0.1, "min": 0.0, "max": 1.0}, "height": {"min": 0.4, "max": 0.9}},
@@ -28,12 +28,12 @@ def test_what_is_open_is_found_and_distributions_are_left_alone() -> None:
     assert [(setting.path, setting.kind) for setting in found] == [
         (("layout", "bays"), "int"),
         (("layout", "beam_levels", 0), "float"),
-        (("layout", "ground_level"), "name"),
         (("layout", "sides"), "name"),
+        (("layout", "signs"), "name"),
         (("loads", "empty_fraction"), "float"),
         (("shelving", "empty_slot_fraction"), "float"),
     ]
-    assert found[3].source == Choice(("one", "both"), (1.0, 3.0))
+    assert found[2].source == Choice(("one", "both"), (1.0, 3.0))
 
 
 def test_a_recipe_draws_each_open_setting_again_and_reads_back() -> None:

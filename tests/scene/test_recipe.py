@@ -15,7 +15,6 @@ BAD = [
     ("layout: {baise: 2}", "layout", "baise is not a setting; did you mean 'bays'"),
     ("layout: {sides: left}", "layout", "sides must be one of 'one', 'both'"),
     ("layout: {beam_levels: [2.0, 2.1]}", "layout", "beam_levels must rise"),
-    ("layout: {beam_levels: [], ground_level: false}", "layout", "no slot is left"),
     ("loads: {cartons: [carton_1x1x1]}", "loads", "cartons: unknown catalog object 'carton_1x1x1'"),
     ("loads: {cartons: [epal1]}", "loads", "cartons must list catalog objects of class carton"),
     ("loads: {pallets: []}", "loads", "pallets must list"),

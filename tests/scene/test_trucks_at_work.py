@@ -8,7 +8,7 @@ from warehouse_sim.catalog.traffic.working import WORKING
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.separation import BoxStack
-from warehouse_sim.scene import Distribution
+from warehouse_sim.scene import Distribution, trucks_at_work
 from warehouse_sim.scene.building.hall import HallConfig
 from warehouse_sim.scene.draft import Area, SceneDraft
 from warehouse_sim.scene.layouts.rack_aisle import RackAisleConfig
@@ -34,21 +34,28 @@ def _drops(crew: Crew) -> list[float]:
     return gaps
 
 
+@pytest.fixture
+def all_laden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trucks_at_work, "_LADEN_FRACTION", 1.0)
+
+
+@pytest.mark.usefixtures("all_laden")
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_load_touches_its_truck_and_does_not_go_through_it(kind: str) -> None:
     laden = 0
     for seed in range(6):
-        crew = sample_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, UnitLoadConfig(), np.random.default_rng(seed))
         laden += len(crew.loads)
         for gap in _drops(crew):
             assert -0.0005 < gap < 0.0005
     assert laden >= 6
 
 
+@pytest.mark.usefixtures("all_laden")
 @pytest.mark.parametrize("kind", KINDS)
 def test_loads_are_clear_of_drivers_and_of_each_other(kind: str) -> None:
     for seed in range(4):
-        crew = sample_crew(kind, 1.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, UnitLoadConfig(), np.random.default_rng(seed))
         people = [piece for piece in crew.single if piece[0].class_name == "person"]
         groups = [_stack(load) for load in crew.loads] + ([_stack(people)] if people else [])
         for n, one in enumerate(groups):
@@ -60,7 +67,7 @@ def test_loads_are_clear_of_drivers_and_of_each_other(kind: str) -> None:
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if WORKING[KINDS[kind]].driver is not None])
 def test_drivers_are_within_reach_of_the_truck(kind: str) -> None:
     for seed in range(3):
-        crew = sample_crew(kind, 0.0, UnitLoadConfig(), np.random.default_rng(seed))
+        crew = sample_crew(kind, UnitLoadConfig(), np.random.default_rng(seed))
         truck, person = crew.single[0], next(piece for piece in crew.single if piece[0].class_name == "person")
         shape, hull = _stack([person]), _stack([truck])
         pairs = np.array([(a, b) for a in range(len(shape.centre)) for b in range(len(hull.centre))])
@@ -72,7 +79,7 @@ def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
     draft, site = built(RackAisleConfig())
     before = len(draft.instances)
     rng = np.random.default_rng(3)
-    add_trucks_at_work(draft, 4, tuple(KINDS), 0.8, UnitLoadConfig(), site.aisle, rng)
+    add_trucks_at_work(draft, 4, tuple(KINDS), UnitLoadConfig(), site.aisle, rng)
     added = draft.instances[before:]
     assert not any(item.dynamic for item in added)
     trucks = [item for item in added if item.model in WORKING and item.model != "work_cart"]
@@ -90,7 +97,7 @@ def test_all_stand_clear_on_the_floor_of_the_aisle_and_fixed() -> None:
 
 def test_none_use_up_nothing_of_the_stream() -> None:
     rng, draft = np.random.default_rng(0), SceneDraft()
-    add_trucks_at_work(draft, 0, tuple(KINDS), 0.5, UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
+    add_trucks_at_work(draft, 0, tuple(KINDS), UnitLoadConfig(), Area(-3, 3, -4, 0), rng)
     assert draft.instances == []
     assert rng.random() == np.random.default_rng(0).random()
 

@@ -12,7 +12,7 @@ import numpy as np
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.estimates import chosen_split, estimates_of, method_name, scores_of
 from warehouse_sim.api.observation import Observation
-from warehouse_sim.api.torch_fields import torch_view
+from warehouse_sim.api.observation.torch_fields import torch_view
 from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, is_dataset

@@ -18,7 +18,7 @@ from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.generation.estimate import Estimate, estimate
 from warehouse_sim.generation.generate import generate as make_dataset
-from warehouse_sim.generation.hand_made_dataset import HandMadeDataset
+from warehouse_sim.generation.hand_made.dataset import HandMadeDataset
 from warehouse_sim.generation.plan import GenerateConfig, default_formats
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
 from warehouse_sim.generation.recipe import changed, load_recipe

@@ -10,10 +10,10 @@ from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.camera import Camera, Rig
 from warehouse_sim.catalog.own_files import mesh_name
 from warehouse_sim.config import to_mapping
-from warehouse_sim.generation.difficulty import with_difficulty
-from warehouse_sim.generation.extends import overlay
 from warehouse_sim.generation.recipe import Recipe as ResolvedRecipe
 from warehouse_sim.generation.recipe import changed, load_recipe, with_own_object
+from warehouse_sim.generation.recipe.difficulty import with_difficulty
+from warehouse_sim.generation.recipe.extends import overlay
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.ranges import Range
 

@@ -10,10 +10,10 @@ import yaml
 from warehouse_sim.benchmark.kept import digest, folder_for
 from warehouse_sim.benchmark.suite import DataConfig
 from warehouse_sim.config import to_mapping
-from warehouse_sim.generation.extends import overlay
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.recipe.extends import overlay
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.version import __version__
 

@@ -15,7 +15,7 @@ from warehouse_sim.config import load_yaml
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Material, ObjectModel
 
 _SMALLEST, _LARGEST = 0.005, 60.0

@@ -8,8 +8,9 @@ from jaxtyping import Float
 
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform
+from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.geometry.solids import Outline, prism
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import LuminousFace, ObjectModel, Part
 
 Triple = Sequence[float] | Float[np.ndarray, " 3"]

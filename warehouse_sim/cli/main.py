@@ -70,7 +70,7 @@ def _run(words: Sequence[str]) -> int | None:
     command = COMMANDS[words[0]]
     function = command.function()
     if command.name == "train":
-        from warehouse_sim.cli.train import train_command
+        from warehouse_sim.cli.commands.train import train_command
 
         function = train_command(words)
     return call(command, function, words[1:])

@@ -14,7 +14,7 @@ from warehouse_sim.dataset.files.record import Length, Lengths, Name, Record, Ri
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Pocket
 
 FACES: dict[str, tuple[float, float, float]] = {

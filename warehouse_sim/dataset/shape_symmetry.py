@@ -11,7 +11,8 @@ from jaxtyping import Bool, Float
 from scipy.spatial import KDTree
 
 from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
-from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, make_transform, transform_points
+from warehouse_sim.geometry.pose import Transforms, make_transform, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _SURFACE_SAMPLES, _TESTED_SAMPLES = 20_000, 2_000
 _EDGE_TOLERANCE = 0.005

@@ -15,13 +15,13 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.files.record import Record
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
+from warehouse_sim.dataset.results.precision_recall import Matches, average_precision
 from warehouse_sim.evaluation.errors.pose_error import mspd
 from warehouse_sim.evaluation.errors.surface import ErrorModels
 from warehouse_sim.evaluation.errors.visible_surface import BOP_TAUS, SeenDepth, vsd_errors
 from warehouse_sim.evaluation.pairing import ErrorOf, Group, group_by_object, mssd_if_near, pairwise_errors
 from warehouse_sim.evaluation.stated import STATED, Number
 from warehouse_sim.geometry.pose import Transforms
-from warehouse_sim.geometry.precision_recall import Matches, average_precision
 from warehouse_sim.schema import PoseEstimate
 
 THRESHOLDS = tuple(step / 20 for step in range(1, 11))

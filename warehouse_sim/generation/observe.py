@@ -12,7 +12,7 @@ from warehouse_sim.annotate.dense import class_numbers, object_coordinates
 from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.light import LightMeter, measure_conditions, target_illuminance
-from warehouse_sim.generation.paired_variants import Variant, base_variant
+from warehouse_sim.generation.recipe.paired_variants import Variant, base_variant
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.level_view import level_view
 from warehouse_sim.geometry.pose import invert

@@ -1,10 +1,20 @@
-"""What a dataset will be before any of it is made: its manifest with splits, and the geometries labels can name."""
+"""What a dataset will be before any of it is made: its manifest with splits, and the geometries labels can name.
 
+A split that shall be alike in what its targets look like is made of features that are measured in every scene first.
+"""
+
+import itertools
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated, Any
 
+import numpy as np
+from jaxtyping import Float
+
+from warehouse_sim.annotate import targets_in_view
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.open_cartons import OPEN_CARTONS
 from warehouse_sim.catalog.mesh_files import SUFFIXES
@@ -12,19 +22,27 @@ from warehouse_sim.catalog.shipped import TRAFFIC, WORKING_CLASSES
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.card.text import data_licences
 from warehouse_sim.dataset.files.json_file import read_json
-from warehouse_sim.dataset.formats import dataset_format
+from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
 from warehouse_sim.dataset.formats.fit import held, needed, require_fit, require_place
 from warehouse_sim.dataset.manifest import Manifest, PairedVariant, package_versions
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.split import split_scenes
+from warehouse_sim.dataset.stored.contents import Contents
+from warehouse_sim.dataset.stored.recipe_contents import draft_contents
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.generation.level_views import planned_contents
+from warehouse_sim.generation.executor import Work, make_scenes
+from warehouse_sim.generation.light import LightMeter
+from warehouse_sim.generation.occlusion.occluded_scene import OccludedScene
 from warehouse_sim.generation.recipe import Recipe
-from warehouse_sim.generation.stratify import measured_features
+from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera
+from warehouse_sim.geometry.level_view import reach
 from warehouse_sim.ranges import Range, Seed, ranged
+from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.resources import data_folder
+from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
+from warehouse_sim.scene.viewpoints.mountings import MOUNTINGS
 from warehouse_sim.schema import ObjectModel
 from warehouse_sim.schema.outputs import Output
 from warehouse_sim.sensors.rig import RigConfig
@@ -181,3 +199,89 @@ def _texts(data: Any) -> Iterator[str]:
             yield from _texts(value)
     elif isinstance(data, str):
         yield data
+
+
+Degrees = tuple[float, float]
+
+
+def planned_contents(recipe: dict[str, Any], camera: PinholeCamera, formats: Sequence[str], backend: str) -> Contents:
+    """Return what a dataset of a recipe will hold.
+
+    Args:
+        recipe: The resolved recipe as plain data, whose settings may be distributions and choices.
+        camera: The rig's camera.
+        formats: Names of the formats.
+        backend: Name of the render backend.
+    """
+    contents = draft_contents(recipe, (*formats, backend))
+    if not contents.tilted_viewpoints:
+        return contents
+    views = recipe["scene"]["viewpoints"]
+    rolls = _ends(views["roll_deg"])
+    turns = {turn for kind in contents.tilted_viewpoints for turn in itertools.product(_pitches(kind, views), rolls)}
+    farthest = max(reach(camera, *np.deg2rad(turn)) for turn in turns)
+    levelled = tuple(name for name in formats if needs_level_camera(dataset_format(name)))
+    return replace(contents, levelled=levelled, view_angle_deg=float(np.rad2deg(farthest)))
+
+
+def _pitches(kind: str, views: dict[str, Any]) -> Degrees:
+    """Return least and largest pitch of a kind (deg): the recipe's, or else its own."""
+    if kind == "free":
+        low, high = _ends(views["elevation_deg"])
+        return -high, -low
+    return _ends(views["pitch_deg"] or MOUNTINGS[kind].pitch_deg.to_plain())
+
+
+def _ends(plain: Any) -> Degrees:
+    """Return least and largest value of a distribution as a manifest holds it."""
+    if not isinstance(plain, dict):
+        return float(plain), float(plain)
+    values = plain.get("choices") or [plain["min"], plain["max"]]
+    return float(min(values)), float(max(values))
+
+
+_RAYS = 200
+"""Rays through each target; its visible fraction is then known to about 0.05."""
+
+
+def scene_features(recipe: Recipe, seed: int, scene_index: int) -> Float[np.ndarray, " k"]:
+    """Return the means of ``recipe.split.stratify`` over the targets in view of one scene.
+
+    "lux" is the mean illuminance of the aisle's floor (lx), "distance" from camera to target (m).
+
+    Raises:
+        SettleError: The scene does not stand in any attempt.
+    """
+    scene, camera = prepare_scene(recipe, seed, scene_index).scene, recipe.sensors.make_camera()
+    caster = RayCaster(scene)
+    area = Area(*scene.aisle) if scene.aisle is not None else Area(0.0, 0.0, 0.0, 0.0)
+    occluded = OccludedScene(scene, caster, camera, area, recipe.scene.viewpoints.clearance)
+    fractions, distances = [], []
+    for viewpoint in scene.viewpoints:
+        for item in targets_in_view(scene, camera, viewpoint.T_world_camera):
+            sight = occluded.look(item.instance_id, viewpoint.T_world_camera, _RAYS)
+            if sight is not None and sight.fraction > 0.0:
+                fractions.append(sight.fraction)
+                distances.append(np.linalg.norm(item.T_world_object[:3, 3] - viewpoint.T_world_camera[:3, 3]))
+    means = {
+        "visible_fraction": float(np.mean(fractions)) if fractions else 0.0,
+        "distance": float(np.mean(distances)) if distances else 0.0,
+        "lux": LightMeter(scene, caster).floor_lux if "lux" in recipe.split.stratify else 0.0,
+    }
+    return np.array([means[name] for name in recipe.split.stratify])
+
+
+def measured_features(recipe: Recipe, seed: int, scenes: int, workers: int) -> Float[np.ndarray, "n k"]:
+    """Return ``scene_features`` of every scene of a dataset, one row a scene.
+
+    Raises:
+        SettleError: A scene does not stand in any attempt.
+        WorkerError: A scene ended every worker that made it.
+    """
+    measured = dict(make_scenes(partial(_open_measure, recipe, seed), seed, range(scenes), workers))
+    return np.stack([measured[index] for index in range(scenes)])
+
+
+@contextmanager
+def _open_measure(recipe: Recipe, seed: int) -> Iterator[Work]:
+    yield partial(scene_features, recipe, seed)

@@ -12,8 +12,8 @@ from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.errors import PlacementError, SettleError
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.occlusion import OcclusionReport, request_views
-from warehouse_sim.generation.paired_variants import Variant, make_variants, overlaid
 from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.recipe.paired_variants import Variant, make_variants, overlaid
 from warehouse_sim.physics import SettleReport, settle_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng

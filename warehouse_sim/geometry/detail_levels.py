@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from warehouse_sim.geometry.equal_rows import equal_rows
-from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.mesh import TriangleMesh, equal_rows
 
 
 @dataclass(frozen=True, eq=False)

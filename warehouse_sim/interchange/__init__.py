@@ -3,8 +3,9 @@
 A format's packages are imported when one of its names is first used.
 """
 
-from importlib import import_module
 from typing import Any
+
+from warehouse_sim.optional import imported_when_used
 
 _HOMES = {
     "Carriage": "mjcf",
@@ -18,6 +19,4 @@ __all__ = list(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return imported_when_used(__name__, _HOMES, name)

@@ -22,7 +22,7 @@ from warehouse_sim.learning.loop import Order, Task, fit
 from warehouse_sim.learning.observer import Observer, StepForecast, TrainingState
 from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.records import CurveWriter, EventWriter, ProgressReporter, RunLog
-from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, StartingWeights, read_weights
+from warehouse_sim.learning.run_folder import WEIGHTS, RunConfig, Source, read_weights
 from warehouse_sim.learning.samples.stream_window import AwaitedStream
 from warehouse_sim.learning.settings import LoopConfig, Progress
 from warehouse_sim.learning.trainable import OpenStream, TrainableNetwork
@@ -85,7 +85,7 @@ class TrainingJob(ABC):
         """Return the settings, completed by those of the weights that training begins with, if any."""
         return self.config
 
-    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
+    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> Source:
         """Copy weights that were trained before, and return what they were."""
         return start_from(init, started.task.network)
 
@@ -142,8 +142,7 @@ def train_job(
         _require_same(old, job)
         job, init = replace(job, config=old.train), before
     log, names = RunLog(run / run_folder.LOG), ", ".join(map(str, job.data))
-    size = getattr(job.config, "size", "")
-    what = " ".join(filter(None, ("resume" if old else "train", name, size)))
+    what = " ".join(filter(None, ("resume" if old else "train", name, job.config.size)))
     log.note(f"{what} on {names}, torch {torch.__version__}")
     with _fed(job, progress) as (job, stream), job.threads():
         clock, started = job.clock(), job.start(progress)
@@ -171,7 +170,7 @@ def train_job(
     return run
 
 
-def start_from(init: str | Path, network: nn.Module) -> StartingWeights:
+def start_from(init: str | Path, network: nn.Module) -> Source:
     """Copy all weights of a run that the network has, too, in the same shape, and return what they were.
 
     Args:
@@ -192,9 +191,9 @@ def start_from(init: str | Path, network: nn.Module) -> StartingWeights:
     return starting_weights(init, folder / WEIGHTS)
 
 
-def starting_weights(init: str | Path, file: Path) -> StartingWeights:
+def starting_weights(init: str | Path, file: Path) -> Source:
     """Return what says which weights a training began with."""
-    return StartingWeights(str(init), hashlib.sha256(file.read_bytes()).hexdigest())
+    return Source(str(init), hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 @contextmanager

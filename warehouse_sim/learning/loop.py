@@ -2,9 +2,10 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Generic, Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 import torch
@@ -13,15 +14,46 @@ from torch import Tensor, nn
 from torch.nn.parallel import DistributedDataParallel
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.learning.averaging import MovingAverage
-from warehouse_sim.learning.checkpoint import latest_checkpoint, load_checkpoint, save_checkpoint
+from warehouse_sim.learning.checkpoint import MovingAverage, latest_checkpoint, load_checkpoint, save_checkpoint
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
 from warehouse_sim.learning.compute import choose_precision, mixed, on_device
 from warehouse_sim.learning.observer import Observer, TrainingState
 from warehouse_sim.learning.parallel import Worker, process_group, synchronise_clock
-from warehouse_sim.learning.samples.ahead import Key, Made, MadeAhead
 from warehouse_sim.learning.samples.order import step_seed
 from warehouse_sim.learning.settings import LoopConfig
+
+Key = TypeVar("Key", bound=Hashable)
+Made = TypeVar("Made")
+
+
+class MadeAhead(Generic[Key, Made]):
+    """What keys stand for, made by threads.
+
+    What is made depends on its key alone, so that neither the number of threads nor a wrong guess of what comes next
+    changes it: what was guessed and is not requested is thrown away.
+
+    Args:
+        make: Makes what a key stands for; called in several threads at once.
+        workers: Threads; 1 makes everything when it is requested, in the thread that asks.
+    """
+
+    def __init__(self, make: Callable[[Key], Made], workers: int) -> None:
+        self._make = make
+        self._pool = ThreadPoolExecutor(workers, "sample") if workers > 1 else None
+        self._begun: dict[Key, Future[Made]] = {}
+
+    def take(self, keys: Sequence[Key], following: Sequence[Key] = ()) -> list[Made]:
+        """Return what ``keys`` stand for, in their order, and begin to make what probably is requested next."""
+        if self._pool is None:
+            return [self._make(key) for key in keys]
+        begun, self._begun = self._begun, {}
+        futures = [begun.pop(key) if key in begun else self._pool.submit(self._make, key) for key in keys]
+        for wrong in begun.values():
+            wrong.cancel()
+        made = [future.result() for future in futures]
+        # Only now: while this step is waited for, nothing else shall take its threads.
+        self._begun = {key: self._pool.submit(self._make, key) for key in following}
+        return made
 
 
 class Task(nn.Module, ABC):

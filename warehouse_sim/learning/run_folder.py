@@ -35,23 +35,13 @@ FIRST_KIND = "densefusion"
 
 
 @dataclass(frozen=True)
-class DatasetSource:
-    """A dataset that was trained on."""
+class Source:
+    """A dataset that was trained on, or weights of another run that training began with."""
 
     name: str
-    """Name of its folder."""
+    """Name of the dataset's folder; bundled name or path of the run folder, as it was given."""
     sha256: str
-    """Digest of its manifest.json."""
-
-
-@dataclass(frozen=True)
-class StartingWeights:
-    """Weights of another run that training began with."""
-
-    name: str
-    """Bundled name or path of the run folder, as it was given."""
-    sha256: str
-    """Digest of its weights."""
+    """Digest of the dataset's manifest.json, or of the weights."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +52,11 @@ class RunConfig(ABC):
     """Registered name."""
     version: str
     """Version of warehouse-sim that trained it."""
-    datasets: tuple[DatasetSource, ...]
+    datasets: tuple[Source, ...]
     """The training data."""
     train: LoopConfig
     """How it was trained."""
-    started_from: StartingWeights | None = None
+    started_from: Source | None = None
     """Trained weights that it began with; none for fresh ones."""
     kind: str = ""
     """Family that opens the run."""
@@ -110,9 +100,9 @@ class RunConfig(ABC):
         return network.eval()
 
 
-def dataset_sources(readers: Sequence[DatasetReader]) -> tuple[DatasetSource, ...]:
+def dataset_sources(readers: Sequence[DatasetReader]) -> tuple[Source, ...]:
     """Return what says which datasets are trained on."""
-    return tuple(DatasetSource(reader.root.resolve().name, reader.digest) for reader in readers)
+    return tuple(Source(reader.root.resolve().name, reader.digest) for reader in readers)
 
 
 def package_version() -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from warehouse_sim.ranges import Range, Seed, ranged
 
@@ -24,12 +24,6 @@ class LoopConfig:
     """Samples a step, 1-65,536."""
     learning_rate: Annotated[float, Range(0.000000001, 10)] = 1.5e-3
     """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    warmup_steps: Annotated[int, Range(0, 1_000_000_000)] = 100
-    """Steps over which the learning rate rises, at most a tenth of the run, 0-1,000,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 1e-4
-    """Decoupled weight decay of AdamW, 0-10."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 1.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
     ema: Annotated[float, Range(0, 0.999999)] = 0.999
     """Fraction of the running average of the weights that stays at each step, 0-0.999999; validation and the run folder
     have the average. 0 for the last weights themselves."""
@@ -45,6 +39,13 @@ class LoopConfig:
     seed: Seed = 0
     """Decides initial weights, order and disturbance of the samples, >= 0."""
 
+    warmup_steps: ClassVar[int] = 100
+    """Steps over which the learning rate rises, at most a tenth of the run."""
+    weight_decay: ClassVar[float] = 1e-4
+    """Decoupled weight decay of AdamW."""
+    clip_norm: ClassVar[float] = 1.0
+    """Largest norm of the gradient."""
+
     def __post_init__(self) -> None:
         if self.max_minutes is None and self.max_steps is None:
             raise ValueError("training never ends: set max_minutes or max_steps")
@@ -56,6 +57,11 @@ class LoopConfig:
     def defaults(self) -> Self:
         """Return the settings of whoever names none, to go on with a run."""
         return type(self)()
+
+    @property
+    def size(self) -> str:
+        """Name of the network's size; a setting of the networks that have several."""
+        return ""
 
     @property
     def fed_by(self) -> "StreamConfig | None":

@@ -3,8 +3,9 @@
 Importing this room imports MuJoCo only when one of its names is used.
 """
 
-from importlib import import_module
 from typing import Any
+
+from warehouse_sim.optional import imported_when_used
 
 _HOMES = {
     "ContactState": "check",
@@ -22,6 +23,4 @@ __all__ = list(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return imported_when_used(__name__, _HOMES, name)

@@ -73,8 +73,10 @@ def _middle(scene: SceneSpec, block: Block) -> np.ndarray:
 _REACH = (0.03, 0.03, 0.06)
 """How far around a stack (m, along each axis) the fixed things are that it may touch while it settles."""
 
-_REST_TURN = 0.01
-"""At rest every body turns slower than this (rad/s)."""
+REST_SPEED, _REST_TURN = 0.002, 0.01
+"""At rest every body is slower than the first (m/s) and turns slower than the second (rad/s)."""
+MAX_OVERLAP_MM, MAX_GAP_MM = 1.0, 1.0
+"""Deepest overlap, and largest gap under a loose object, of a scene that stands (mm)."""
 _SHIFT, _FALL = 0.02, 0.25
 """A struck piece that ends further than the first from its place was pushed aside (m), than the second has fallen."""
 _LIE = np.deg2rad(60.0)
@@ -88,12 +90,6 @@ class SettleConfig:
 
     max_time: Annotated[float, Range(0.1, 60, "s")] = 3.0
     """Longest simulated time of a stack (s), 0.1-60."""
-    rest_speed: Annotated[float, Range(0.000001, 10, "m/s")] = 0.002
-    """At rest every body is slower than this (m/s), 0.000001-10."""
-    max_overlap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
-    """Deepest overlap allowed (mm), 0.001-1,000."""
-    max_gap_mm: Annotated[float, Range(0.001, 1000, "mm")] = 1.0
-    """Largest gap allowed under a loose object (mm), 0.001-1,000."""
     max_drift_mm: Annotated[float, Range(0.001, 10_000, "mm")] = 30.0
     """Largest way allowed from first to last place (mm), 0.001-10,000."""
     max_tilt_deg: Annotated[float, Range(0.001, 180, "deg")] = 3.0
@@ -117,7 +113,7 @@ def settle_scene(
         reach: How far around a stack (m, along each axis) the fixed things are that it may touch: as far as it falls.
     """
     solids = Solids.of(spec.instances, spec.models)
-    limits = RestLimits(config.rest_speed, _REST_TURN, config.max_time)
+    limits = RestLimits(REST_SPEED, _REST_TURN, config.max_time)
     stacks = find_stacks(spec.instances, solids)
     poses: dict[int, Transform] = {}
     rests: list[Rest] = []
@@ -169,7 +165,7 @@ def _report(
     speed, turn = (max((getattr(rest, name) for rest in rests), default=0.0) for name in ("speed", "turn"))
     duration = max((rest.duration for rest in rests), default=0.0)
     problems = []
-    if speed >= config.rest_speed or turn >= _REST_TURN:
+    if speed >= REST_SPEED or turn >= _REST_TURN:
         problems.append(f"still moving at {speed:.3f} m/s and {turn:.3f} rad/s after {duration:.1f} s")
     problems += [
         f"object {i} toppled by {np.rad2deg(a):.1f} deg" for i, a in zip(ids[toppled], tilt[toppled], strict=True)
@@ -179,7 +175,7 @@ def _report(
         for i, way in zip(ids, drift, strict=True)
         if 1000 * way > config.max_drift_mm
     ]
-    problems += state.problems(config.max_overlap_mm, config.max_gap_mm)
+    problems += state.problems(MAX_OVERLAP_MM, MAX_GAP_MM)
     return SettleReport(
         scene_index=settled.scene_index,
         seed=settled.seed,

@@ -11,7 +11,7 @@ from warehouse_sim.catalog.shipped import FINE_STANDING, STANDING
 from warehouse_sim.errors import PlacementError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.ranges import Fraction, Range, ranged
+from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area, Crowd, SceneDraft
 from warehouse_sim.scene.loads.unit_load import UnitLoadConfig
@@ -63,8 +63,6 @@ class TrafficConfig:
     """Trucks at work in the aisles between the racks behind (``layout.rows_behind``), 0-20."""
     truck_kinds: tuple[str, ...] = tuple(KINDS)
     """What they are: counterbalance, reach, stacker, order_picker, tugger, amr, pallet_truck."""
-    laden_fraction: Fraction = 0.7
-    """Fraction of them that carry a load of the recipe's, 0-1."""
 
     def __post_init__(self) -> None:
         if self.own.high > 0 and not self.objects:
@@ -81,7 +79,7 @@ def add_trucks(
 ) -> None:
     """Put the trucks at work on the floor of ``area``; see ``add_trucks_at_work``."""
     count = config.trucks.sample_count(rng)
-    add_trucks_at_work(draft, count, config.truck_kinds, config.laden_fraction, loads, area, rng)
+    add_trucks_at_work(draft, count, config.truck_kinds, loads, area, rng)
 
 
 def add_side_trucks(
@@ -94,7 +92,7 @@ def add_side_trucks(
     """Put trucks at work into ``aisles`` drawn at random, of which there may be none."""
     for _ in range(config.side_trucks.sample_count(rng) if aisles else 0):
         area = aisles[int(rng.integers(len(aisles)))]
-        add_trucks_at_work(draft, 1, config.truck_kinds, config.laden_fraction, loads, area, rng)
+        add_trucks_at_work(draft, 1, config.truck_kinds, loads, area, rng)
 
 
 def add_traffic(

@@ -37,6 +37,8 @@ _HEADING_SPREAD = 0.04
 """Standard deviation of the heading (rad)."""
 _BEFORE_SIDE = (0.15, 1.2)
 """Distance (m) of what is foremost from the side that a truck faces."""
+_LADEN_FRACTION = 0.7
+"""Fraction of the trucks that carry a load of the recipe's."""
 _MOST_PIECES = 24
 """Pieces on one pallet."""
 _MOST_CARTS = 2
@@ -80,7 +82,6 @@ def add_trucks_at_work(
     draft: SceneDraft,
     count: int,
     kinds: Sequence[str],
-    laden_fraction: float,
     loads: UnitLoadConfig,
     area: Area,
     rng: np.random.Generator,
@@ -91,7 +92,6 @@ def add_trucks_at_work(
         draft: Where to add them.
         count: How many.
         kinds: Keys of ``KINDS`` to draw from.
-        laden_fraction: Fraction that carries a load.
         loads: What the recipe says of loads.
         area: Floor of the aisle.
         rng: Stream to draw from.
@@ -100,7 +100,7 @@ def add_trucks_at_work(
         return
     crowd = draft.crowd(UNDERFOOT, OVERHEAD)
     for _ in range(count):
-        crew = sample_crew(str(rng.choice(list(kinds))), laden_fraction, loads, rng)
+        crew = sample_crew(str(rng.choice(list(kinds))), loads, rng)
         for _ in range(_TRIES):
             T_world_truck = _sample_pose(crew.boxes(), area, rng)
             boxes = [box.placed(T_world_truck) for box in crew.boxes()]
@@ -110,7 +110,7 @@ def add_trucks_at_work(
                 break
 
 
-def sample_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
+def sample_crew(kind: str, loads: UnitLoadConfig, rng: np.random.Generator) -> Crew:
     """Draw a truck of this kind with its driver and, by chance, its load."""
     name = KINDS[kind]
     truck = WORKING[name]
@@ -129,7 +129,7 @@ def sample_crew(kind: str, laden_fraction: float, loads: UnitLoadConfig, rng: np
             x -= CART_HITCH
     for carrier, T_truck_place in places:
         place = WORKING[carrier].place
-        if place is not None and rng.random() < laden_fraction:
+        if place is not None and rng.random() < _LADEN_FRACTION:
             load = _sample_load(place, _boxes_of(carrier), loads, rng)
             if load is not None:
                 crew.loads.append([(model, T_truck_place @ T) for model, T in load])

@@ -9,7 +9,8 @@ from jaxtyping import Float
 
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, merge
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, transform_points
+from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 RETROREFLECTIVE = 2.0
 """Remission from which a material sends light back to where it came from, whatever the incidence."""

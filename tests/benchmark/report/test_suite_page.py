@@ -142,7 +142,7 @@ def test_the_command_draws_the_same_page_of_the_same_results_and_rejects_a_mixtu
 def test_results_are_drawn_and_scored_without_what_made_them() -> None:
     heavy = "torch, mujoco, moderngl, embreex, open3d, sklearn, matplotlib, jinja2"
     code = (
-        "import sys, warehouse_sim.benchmark.report.page, warehouse_sim.evaluation.report\n"
+        "import sys, warehouse_sim.benchmark.report, warehouse_sim.evaluation.report\n"
         f"loaded = [name for name in '{heavy}'.split(', ') if name in sys.modules]\n"
         "sys.exit(str(loaded) if loaded else 0)"
     )

@@ -14,7 +14,8 @@ from warehouse_sim.dataset.objects import write_objects
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup, invert
+from warehouse_sim.geometry.pose import invert
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 TRAIN = Path("bop/train/000000")
 

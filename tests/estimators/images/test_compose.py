@@ -2,11 +2,12 @@ import cv2
 import numpy as np
 import pytest
 
-from warehouse_sim.estimators.images.compose import Sample, composed_sample, disturbed, plain_sample
+from warehouse_sim.estimators.images import compose
+from warehouse_sim.estimators.images.compose import ImageErrors, Sample, composed_sample, disturbed, plain_sample
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
-CALM = ImageAugmentConfig(colour=0.0, depth_noise=0.0, depth_holes=0, depth_scale=0.0)
+CALM = ImageErrors(colour=0.0, depth_noise=0.0, depth_holes=0, depth_scale=0.0)
 W, H = 320, 128
 COLOURS = [0, 25, 60, 95, 140, 175, 210]
 """None like the grey beside images."""
@@ -27,9 +28,10 @@ def painted_images(count: int = 6) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("mosaic", [0.0, 1.0])
-def test_labels_stay_on_what_they_name(mosaic: float) -> None:
-    arrays = painted_images()
-    config = ImageAugmentConfig(mosaic=mosaic, colour=0, depth_noise=0, depth_holes=0, depth_scale=0)
+def test_labels_stay_on_what_they_name(mosaic: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compose, "_ERRORS", CALM)
+    monkeypatch.setattr(compose, "_MOSAIC", mosaic)
+    arrays, config = painted_images(), ImageAugmentConfig()
     checked = 0
     for seed in range(40):
         sample = composed_sample(arrays, seed % 6, config, np.random.default_rng(seed))
@@ -54,9 +56,11 @@ def test_labels_stay_on_what_they_name(mosaic: float) -> None:
     assert checked > 30
 
 
-def test_what_is_cut_shows_less() -> None:
-    arrays = painted_images()
-    config = ImageAugmentConfig(mosaic=0.0, shift=0.9, colour=0, depth_noise=0, depth_holes=0, depth_scale=0)
+def test_what_is_cut_shows_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compose, "_ERRORS", CALM)
+    monkeypatch.setattr(compose, "_SHIFT", 0.9)
+    monkeypatch.setattr(compose, "_MOSAIC", 0.0)
+    arrays, config = painted_images(), ImageAugmentConfig()
     fractions = []
     for seed in range(60):
         sample = composed_sample(arrays, 0, config, np.random.default_rng(seed))
@@ -79,7 +83,7 @@ def test_the_same_draws_give_the_same_sample() -> None:
 def test_what_has_no_depth_gets_none() -> None:
     arrays = painted_images()
     arrays["depth"][:, 50:70] = 0
-    sample = disturbed(plain_sample(arrays, 0), ImageAugmentConfig(depth_noise=0.05), np.random.default_rng(1))
+    sample = disturbed(plain_sample(arrays, 0), ImageErrors(depth_noise=0.05), np.random.default_rng(1))
     assert sample.depth is not None
     assert (sample.depth[50:70] == 0).all()
     assert (sample.depth >= 0).all()
@@ -89,7 +93,7 @@ def test_what_has_no_depth_gets_none() -> None:
 
 def test_noise_of_depth_grows_with_its_square_and_nothing_appears() -> None:
     depth = np.concatenate([np.full((300, 400), far, np.float32) for far in (0.0, 1.0, 4.0)])
-    config = ImageAugmentConfig(depth_noise=0.002, depth_holes=0, depth_scale=0.0)
+    config = ImageErrors(colour=0.0, depth_noise=0.002, depth_holes=0, depth_scale=0.0)
     seen = disturbed(Sample(None, depth, np.zeros((0, 8), np.float32)), config, np.random.default_rng(2)).depth
     assert seen is not None
     empty, near, far = np.split(seen, 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.cluster import KMeans
 
-from warehouse_sim.estimators.lidar.resample import farthest_points, fill_up, kmeans_centres, resample
+from warehouse_sim.estimators.lidar.pointcloud import farthest_points, fill_up, kmeans_centres, resample
 
 
 def cloud(count: int, seed: int = 0) -> np.ndarray:

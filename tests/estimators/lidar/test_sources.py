@@ -11,9 +11,8 @@ from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, UnknownNameError
 from warehouse_sim.estimators.detections import Finder
-from warehouse_sim.estimators.lidar.pointcloud import LidarChain, LidarMethod
+from warehouse_sim.estimators.lidar.pointcloud import LidarChain, LidarMethod, resample
 from warehouse_sim.estimators.lidar.projection import sparse_depth
-from warehouse_sim.estimators.lidar.resample import resample
 from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator

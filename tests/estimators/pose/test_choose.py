@@ -3,7 +3,6 @@ import pytest
 
 from warehouse_sim.estimators.pose.choose import Candidates, Selection, Symmetries, select_poses
 from warehouse_sim.geometry.pose import (
-    SymmetryGroup,
     make_transform,
     matrix_from_quat_wxyz,
     quat_wxyz_from_matrix,
@@ -11,6 +10,7 @@ from warehouse_sim.geometry.pose import (
     rotation_x,
     rotation_z,
 )
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 C2 = SymmetryGroup.turns("z", 2)
 ALONE = SymmetryGroup.trivial()

@@ -20,7 +20,8 @@ from warehouse_sim.estimators.tracking.belief import difference
 from warehouse_sim.estimators.tracking.drives import drives, tracked
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, invert, level_camera, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transform, invert, level_camera, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 319.5, 239.5)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.cli.evaluate import evaluate
+from warehouse_sim.cli.commands.evaluate import evaluate
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation.detection.kitti_ap import (

@@ -10,9 +10,9 @@ from tests.evaluation.made_dataset import estimates_of, make_dataset, write_esti
 from tests.evaluation.tables import missed, row, table, without_pockets
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.dataset.objects import object_info
+from warehouse_sim.evaluation import evaluate
 from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.evaluation.docking.standing import Standings
-from warehouse_sim.evaluation.scoring import evaluate
 from warehouse_sim.evaluation.summary import docking_left_out, pass_values
 from warehouse_sim.geometry.pose import make_transform
 

@@ -14,7 +14,8 @@ from warehouse_sim.evaluation.errors.pose_error import (
     surface_rms,
     translation_error,
 )
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, rotation_x, rotation_z
+from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 HALF_TURN = make_transform(rotation_z(np.pi))
 

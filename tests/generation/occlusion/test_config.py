@@ -46,7 +46,6 @@ def test_a_width_makes_windows_evenly_within_the_range() -> None:
         ([{"min": 0.2, "maxx": 0.4}], {}, "did you mean 'max'"),
         (ONE, {"kinds": []}, "at least one"),
         (ONE, {"kinds": ["elephant"]}, "must be one of"),
-        (ONE, {"tries": 0}, "tries must be 1-1,000"),
     ],
 )
 def test_what_makes_no_sense_is_rejected(fractions: object, more: dict[str, object], message: str) -> None:

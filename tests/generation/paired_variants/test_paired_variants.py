@@ -9,8 +9,8 @@ import pytest
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.observe import observe_scene
-from warehouse_sim.generation.paired_variants import PairedVariantsConfig, make_variants
 from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.recipe.paired_variants import PairedVariantsConfig, make_variants
 from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.render import Renderer
 from warehouse_sim.schema import Observation, SceneSpec

@@ -119,7 +119,7 @@ def _numbers(generate: Words, predict: Words, train: Words, check: Words) -> Ite
         "--threads": (poses, frozenset({_HUGE})),
         **dict.fromkeys(("--reject",), (poses, frozenset({"0"}))),
         **dict.fromkeys(
-            ("--batch", "--learning-rate", "--ema", "--validations", "--weight-decay", "--clip-norm", "--warmup-steps",
+            ("--batch", "--learning-rate", "--ema", "--validations",
              "--max-minutes", "--refiner-iterations", "--augment.yaw", "--loss.confidence-weight"),
             ((*train, "x"), frozenset({"0", "1.5", _HUGE})),
         ),

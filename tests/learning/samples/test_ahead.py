@@ -3,7 +3,7 @@ from collections import Counter
 
 import pytest
 
-from warehouse_sim.learning.samples.ahead import MadeAhead
+from warehouse_sim.learning.loop import MadeAhead
 
 
 @pytest.mark.parametrize("workers", [1, 4])

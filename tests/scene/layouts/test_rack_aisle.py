@@ -55,7 +55,7 @@ def test_beams_fill_the_bays_and_touch_the_uprights_without_overlap(sides: str) 
 
 
 def test_slots_leave_75_mm_between_pallets_and_uprights() -> None:
-    _, slots = build(bays=1, beam_levels=(), ground_level=True)
+    _, slots = build(bays=1, beam_levels=())
     x = np.array([slot.T_world_slot[0, 3] for slot in slots])
     np.testing.assert_allclose(np.diff(x), 0.875)
     np.testing.assert_allclose(1.35 - 0.4 - x.max(), 0.075)

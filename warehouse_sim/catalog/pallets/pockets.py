@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform
+from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import ObjectModel, Part, Pocket
 
 _INWARDS = {"-x": (1.0, 0.0), "+x": (-1.0, 0.0), "-y": (0.0, 1.0), "+y": (0.0, -1.0)}

@@ -13,7 +13,7 @@ from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 Box = tuple[float, float, float, float]
 _LARGEST_BOX = 65_535

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 from torch import Tensor, nn
 
+from warehouse_sim.dataset.results.precision_recall import Matches, average_precision, match
 from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
 from warehouse_sim.geometry.boxes import box_coverage, box_ious
-from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
 from warehouse_sim.learning.run_folder import RunConfig
 
 

@@ -94,8 +94,6 @@ def _streamed(
         TrainingError: It would show scenes of the data, or nothing opens it.
     """
     require_other_scenes(readers, config.stream)
-    if open_stream is None:
-        raise TrainingError(f"nothing here opens the stream of {config.stream.recipe}: give train() one")
     objects = {number: info for reader in readers for number, info in reader.objects.items()}
     return StreamedImages(open_stream, config.stream, images, objects, config.batch, config.seed)
 

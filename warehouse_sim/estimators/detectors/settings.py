@@ -1,7 +1,7 @@
 """Settings of training any detector; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -34,10 +34,6 @@ class BoxTrainingConfig(LoopConfig):
     """Images a step, 1-65,536."""
     learning_rate: Annotated[float, Range(0.000000001, 10)] = 2e-3
     """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 10.0
-    """Largest norm of the gradient, 0.000001-1,000,000."""
-    weight_decay: Annotated[float, Range(0, 10)] = 5e-4
-    """Decoupled weight decay of AdamW, 0-10."""
     precision: Literal["auto", "32", "bf16"] = "32"
     """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on most CPUs."""
     size: str = ""
@@ -46,10 +42,11 @@ class BoxTrainingConfig(LoopConfig):
     """What is distinguished: classes (pallet, carton), or objects (epal1, epal2)."""
     classes: tuple[str, ...] = ()
     """Only these classes, or objects; all targets by default."""
-    calm_fraction: Fraction = 0.15
-    """Last fraction of the run without mosaics, so that it ends on images as they are, 0-1."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
+
+    clip_norm: ClassVar[float] = 10.0
+    weight_decay: ClassVar[float] = 5e-4
 
     def is_wanted(self, labels: Float[np.ndarray, "k 8"]) -> Bool[np.ndarray, " k"]:
         """Return which labels are to be found; of others nothing is taught."""

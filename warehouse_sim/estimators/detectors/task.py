@@ -26,6 +26,8 @@ _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
 """Images of a validation, evenly spread."""
 _LEAST_SCORE = 0.01
+_CALM_FRACTION = 0.15
+"""Last fraction of the run without mosaics, so that it ends on images as they are."""
 Inputs = tuple[Tensor | None, Tensor | None]
 
 
@@ -89,7 +91,7 @@ class BoxTask(ComposedTask[_Place, Sample]):
 
     def forward(self, index: Int[Tensor, " b"], part: slice, step: int, fraction: float) -> Float[Tensor, ""]:
         """Return the loss on the images ``index``, composed afresh."""
-        mosaics = fraction < 1.0 - self.config.calm_fraction
+        mosaics = fraction < 1.0 - _CALM_FRACTION
         following = self._order.indices(step + 1)
         # Whether the next step has mosaics is known when it comes; it is probably as this one.
         samples = self._samples.take(

@@ -9,6 +9,10 @@ from jaxtyping import Float, Float32, UInt8
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.learning.samples.array_store import Arrays
 
+_MOSAIC = 0.3
+"""Fraction of samples composed of four images."""
+_SHIFT, _FLIP = 0.15, 0.5
+"""How far images are shifted at most, as a fraction of their size, and which fraction of them is mirrored."""
 _GREY = 114
 _RICHEST, _SOFTEST_PX, _SHARPEST, _NOISIEST = 1.5, 1.5, 1.0, 15.0
 """Limits of another camera: colour over the image's own, width of its blur (px), detail that is added once more, and
@@ -19,6 +23,25 @@ _LEAST_RELATIVE = np.float32(0.001)
 """Of a depth stays."""
 _LEAST_FRACTION = 0.15
 """Of a box must remain, or what remains is only to be ignored."""
+
+
+@dataclass(frozen=True)
+class ImageErrors:
+    """How strongly colour and depth of an image are disturbed."""
+
+    colour: float = 0.4
+    """Largest relative change of brightness, contrast and each channel."""
+    camera: float = 0.0
+    """Fraction of colour images that look as another camera's."""
+    depth_noise: float = 0.002
+    """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m)."""
+    depth_holes: int = 4
+    """Most rectangles without depth."""
+    depth_scale: float = 0.05
+    """Largest relative error of all depths of an image."""
+
+
+_ERRORS = ImageErrors()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +90,7 @@ def composed_sample(
         mosaics: Whether there are any.
     """
     height, width = _canvas(arrays)
-    if rng.random() < config.mosaic and mosaics:
+    if rng.random() < _MOSAIC and mosaics:
         u, v = round(width * rng.uniform(0.3, 0.7)), round(height * rng.uniform(0.3, 0.7))
         corners = [(0, 0, u, v), (u, 0, width, v), (0, v, u, height), (u, v, width, height)]
         indices = [index, *rng.integers(len(arrays["labels"]), size=3).tolist()]
@@ -80,25 +103,25 @@ def composed_sample(
     labels = np.concatenate([_moved(part.labels, place, width) for part, place in parts])
     rgb = _painted([(part.rgb, place) for part, place in parts], (height, width, 3), np.uint8, _GREY)
     depth = _painted([(part.depth, place) for part, place in parts], (height, width), np.float32, 0)
-    return disturbed(Sample(rgb, depth, labels), config, rng)
+    return disturbed(Sample(rgb, depth, labels), replace(_ERRORS, camera=config.camera), rng)
 
 
-def disturbed(sample: Sample, config: ImageAugmentConfig, rng: np.random.Generator) -> Sample:
+def disturbed(sample: Sample, errors: ImageErrors, rng: np.random.Generator) -> Sample:
     """Return a sample with errors of colour and depth."""
     rgb, depth = sample.rgb, sample.depth
-    if rgb is not None and config.colour:
-        gain = rng.uniform(1 - config.colour, 1 + config.colour) * rng.uniform(
-            1 - config.colour / 4, 1 + config.colour / 4, 3
+    if rgb is not None and errors.colour:
+        gain = rng.uniform(1 - errors.colour, 1 + errors.colour) * rng.uniform(
+            1 - errors.colour / 4, 1 + errors.colour / 4, 3
         )
-        power = np.exp(rng.uniform(-config.colour, config.colour))
+        power = np.exp(rng.uniform(-errors.colour, errors.colour))
         table = 255.0 * np.clip((np.arange(256)[:, None] / 255.0) ** power * gain, 0, 1)
         rgb = np.asarray(cv2.LUT(rgb, table.astype(np.uint8)[None]))
-    if rgb is not None and rng.random() < config.camera:
+    if rgb is not None and rng.random() < errors.camera:
         rgb = _of_another_camera(rgb, rng)
     if depth is not None:
-        depth = _noisy(depth, 1.0 + rng.uniform(-config.depth_scale, config.depth_scale), config.depth_noise, rng)
+        depth = _noisy(depth, 1.0 + rng.uniform(-errors.depth_scale, errors.depth_scale), errors.depth_noise, rng)
         height, width = depth.shape
-        for _ in range(int(rng.integers(config.depth_holes + 1))):
+        for _ in range(int(rng.integers(errors.depth_holes + 1))):
             u, v = int(rng.integers(width)), int(rng.integers(height))
             depth[v : v + int(rng.integers(1, height // 8 + 2)), u : u + int(rng.integers(1, width // 12 + 2))] = 0.0
     return replace(sample, rgb=rgb, depth=depth)
@@ -150,8 +173,8 @@ def _place(
     for low, high, size in ((left, right, size_wh[0]), (top, bottom, size_wh[1])):
         free = (high - low) - zoom * size
         middle = low + free * (0.5 if high - low == size else rng.uniform())
-        shift.append(float(middle + rng.uniform(-1, 1) * config.shift * size))
-    mirrored = bool(rng.random() < config.flip)
+        shift.append(float(middle + rng.uniform(-1, 1) * _SHIFT * size))
+    mirrored = bool(rng.random() < _FLIP)
     return _Place(left, top, right, bottom, zoom, mirrored, (shift[0], shift[1]))
 
 

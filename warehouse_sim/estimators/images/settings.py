@@ -30,21 +30,7 @@ class ImageConfig:
 class ImageAugmentConfig:
     """How strongly whole images are disturbed in training."""
 
-    mosaic: Fraction = 0.3
-    """Fraction of samples composed of four images, 0-1."""
     zoom: Annotated[float, Range(1, 10)] = 1.5
     """Largest factor by which images are enlarged or shrunk, 1-10."""
-    shift: Fraction = 0.15
-    """How far images are shifted at most, as a fraction of their size, 0-1."""
-    flip: Fraction = 0.5
-    """Fraction of images that are mirrored, 0-1."""
-    colour: Fraction = 0.4
-    """Largest relative change of brightness, contrast and each channel, 0-1."""
     camera: Fraction = 0.0
     """Fraction of colour images that look as another camera's: paler or richer, softer or sharper, noisier, 0-1."""
-    depth_noise: Annotated[float, Range(0, 1)] = 0.002
-    """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
-    depth_holes: Annotated[int, Range(0, 1000)] = 4
-    """Most rectangles without depth, 0-1,000."""
-    depth_scale: Fraction = 0.05
-    """Largest relative error of all depths of an image, 0-1."""

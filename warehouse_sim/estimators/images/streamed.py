@@ -12,7 +12,7 @@ from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.joined import joined_alike
 from warehouse_sim.learning.samples.order import GroupedOrder
-from warehouse_sim.learning.samples.stream_window import Arrivals, StreamWindow, seed_since
+from warehouse_sim.learning.samples.stream_window import Arrivals, seed_since, window_of
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.schema import Observation
@@ -37,7 +37,7 @@ class StreamedImages:
 
     def __init__(
         self,
-        open_stream: OpenStream,
+        open_stream: OpenStream | None,
         stream: StreamConfig,
         images: ImageConfig,
         objects: Mapping[int, ObjectInfo],
@@ -45,8 +45,7 @@ class StreamedImages:
         seed: int,
     ) -> None:
         self._images, self._objects, self._batch, self._seed = images, objects, batch, seed
-        window = StreamWindow(lambda start: open_stream(stream, start), self._rows, stream.window, stream.fresh)
-        self._arrivals = Arrivals(window, self._gathered)
+        self._arrivals = Arrivals(window_of(open_stream, stream, self._rows), self._gathered)
 
     def first(self) -> list[Arrays]:
         """Return the images of the first step's window, those of one canvas together."""

@@ -7,13 +7,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from warehouse_sim.geometry.pose import (
-    SymmetryGroup,
-    Transforms,
-    make_transform,
-    matrix_from_quat_wxyz,
-    quat_wxyz_from_matrix,
-)
+from warehouse_sim.geometry.pose import Transforms, make_transform, matrix_from_quat_wxyz, quat_wxyz_from_matrix
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 Selection = Literal["argmax", "weighted", "weighted-50", "consensus"]
 

@@ -9,7 +9,8 @@ from scipy.optimize import linear_sum_assignment
 
 from warehouse_sim.estimators.tracking.belief import Belief, Matrix6, Measurement, Vector6, difference, mahalanobis
 from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, invert
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate
 
 _FAR = 1e6

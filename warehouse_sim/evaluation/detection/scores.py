@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results.detections import FoundObject
+from warehouse_sim.dataset.results.precision_recall import Matches, average_precision, match
 from warehouse_sim.geometry.boxes import box_coverage, box_ious, mask_box_xyxy, mask_intersections
-from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
 
 OVERLAPS = (0.5, 0.75)
 _ALL_OVERLAPS = tuple(np.linspace(0.5, 0.95, 10).round(2).tolist())

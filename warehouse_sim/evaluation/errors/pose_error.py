@@ -11,7 +11,8 @@ from scipy.spatial import KDTree
 
 from warehouse_sim.evaluation.blocks import in_blocks
 from warehouse_sim.evaluation.errors.nearest import mean_nearest_distance
-from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, invert, rotation_angle, transform_points
+from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _BLOCK = 512
 """Transforms handled at once, which bounds memory for large symmetry groups."""

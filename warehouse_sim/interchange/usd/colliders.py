@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.interchange.usd.bindings import bindings
-from warehouse_sim.interchange.usd.placement import place, placed_at
+from warehouse_sim.interchange.usd.bindings import bindings, place, placed_at
 from warehouse_sim.physics.build import FRICTION
 
 GRAVITY = 9.81

@@ -13,8 +13,7 @@ import numpy as np
 
 from warehouse_sim.errors import ConfigError, DatasetError
 from warehouse_sim.geometry.pose import Transform, make_transform
-from warehouse_sim.interchange.usd.bindings import bindings
-from warehouse_sim.interchange.usd.placement import place, world_pose
+from warehouse_sim.interchange.usd.bindings import bindings, place, world_pose
 from warehouse_sim.interchange.usd.record import Record, keep
 from warehouse_sim.interchange.usd.textures import Textures
 from warehouse_sim.scene.lighting.ies_file import load_distribution

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.geometry.pose import SymmetryGroup
-from warehouse_sim.interchange.usd.bindings import bindings, prim_names
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.interchange.usd.bindings import bindings, place, placed_at, prim_names
 from warehouse_sim.interchange.usd.colliders import add_colliders, read_colliders
 from warehouse_sim.interchange.usd.meshes import MeshClasses, MeshReader
-from warehouse_sim.interchange.usd.placement import place, placed_at
 from warehouse_sim.interchange.usd.record import Record, keep
 from warehouse_sim.render.painted_mesh import corner_tiles
 from warehouse_sim.schema import LuminousFace, Material, ObjectInstance, ObjectModel, Part, Pocket, SceneSpec

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.interchange.usd.bindings import bindings
+from warehouse_sim.interchange.usd.bindings import bindings, world_pose
 from warehouse_sim.interchange.usd.lights import read_even_light, read_light
 from warehouse_sim.interchange.usd.materials import read_material
 from warehouse_sim.interchange.usd.meshes import MeshReader
 from warehouse_sim.interchange.usd.models import ReadModel, read_model
-from warehouse_sim.interchange.usd.placement import world_pose
 from warehouse_sim.interchange.usd.record import Record
 from warehouse_sim.interchange.usd.viewpoints import read_viewpoint
 from warehouse_sim.interchange.usd.write import EVEN_LIGHT, LIGHTS, MATERIALS, VIEWPOINTS

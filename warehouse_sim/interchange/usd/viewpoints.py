@@ -8,9 +8,8 @@ import numpy as np
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import Transform, invert, make_transform
-from warehouse_sim.interchange.usd.bindings import bindings
+from warehouse_sim.interchange.usd.bindings import bindings, place, world_pose
 from warehouse_sim.interchange.usd.lights import add_light, read_light
-from warehouse_sim.interchange.usd.placement import place, world_pose
 from warehouse_sim.interchange.usd.record import Record, keep
 from warehouse_sim.interchange.usd.textures import Textures
 from warehouse_sim.schema import SceneSpec, Viewpoint

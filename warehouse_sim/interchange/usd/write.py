@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.errors import OutputError
-from warehouse_sim.interchange.usd.bindings import bindings, prim_names
+from warehouse_sim.interchange.usd.bindings import bindings, place, prim_names
 from warehouse_sim.interchange.usd.colliders import add_friction, add_physics_scene
 from warehouse_sim.interchange.usd.lights import add_even_light, add_light
 from warehouse_sim.interchange.usd.materials import add_material
 from warehouse_sim.interchange.usd.models import ModelClasses
-from warehouse_sim.interchange.usd.placement import place
 from warehouse_sim.interchange.usd.record import keep
 from warehouse_sim.interchange.usd.textures import Textures
 from warehouse_sim.interchange.usd.viewpoints import add_viewpoints

@@ -104,6 +104,24 @@ class Arrivals(Generic[Made, Held]):
         return self._held[arrived]
 
 
+def window_of(
+    open_stream: OpenStream | None, config: StreamConfig, make: Callable[["Observation"], Made]
+) -> StreamWindow["Observation", Made]:
+    """Return the window of the stream that settings name.
+
+    Args:
+        open_stream: Gives the observations.
+        config: Which stream, and how much of it is kept.
+        make: Makes of an observation what is kept.
+
+    Raises:
+        TrainingError: Nothing opens the stream.
+    """
+    if open_stream is None:
+        raise TrainingError(f"nothing here opens the stream of {config.recipe}: give train() one")
+    return StreamWindow(lambda start: open_stream(config, start), make, config.window, config.fresh)
+
+
 def seed_since(seed: int, arrived: int) -> int:
     """Return the seed of the order that begins where a window came to at a step; the first is that of the run."""
     return int(np.random.default_rng([seed, arrived]).integers(2**31)) if arrived else seed

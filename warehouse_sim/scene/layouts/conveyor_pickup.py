@@ -27,6 +27,7 @@ class ConveyorPickupConfig(Layout):
     """Length of the conveyors and how loads follow each other."""
 
     kind: ClassVar[str] = "conveyor_pickup"
+    has_shelves: ClassVar[bool] = True
 
     segments: Annotated[int, Range(1, 12)] = 6
     """Segments of 2.4 m, 1-12."""

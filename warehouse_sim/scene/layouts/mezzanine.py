@@ -25,6 +25,7 @@ class MezzanineConfig(Layout):
     """A platform of panels of 2.06 x 2.4 m. It has no place for pallets: give it another side, or staging."""
 
     kind: ClassVar[str] = "mezzanine"
+    has_shelves: ClassVar[bool] = True
 
     panels: Annotated[int, Range(2, 16)] = 8
     """Panels along the aisle, 2-16."""

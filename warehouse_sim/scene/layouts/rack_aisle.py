@@ -56,8 +56,6 @@ class RackAisleConfig(Layout):
     """Bays on a side, 1-12."""
     beam_levels: Annotated[tuple[float, ...], Range(0.6, 12, "m")] = (1.45, 2.9)
     """Heights of the beams' tops above the floor (m), rising, each at least 0.6 above the one before, 0.6-12."""
-    ground_level: bool = True
-    """Whether pallets also stand on the floor inside the rack."""
     sides: Literal["one", "both"] = "one"
     """Racks on one side of the aisle, with a wall behind, or on both."""
     bay_width: Annotated[float, Range(1.825, 3.6, "m")] = 2.7
@@ -91,8 +89,6 @@ class RackAisleConfig(Layout):
         super().__post_init__()
         if np.diff(self.beam_levels).min(initial=np.inf) < 0.6:
             raise ValueError(f"beam_levels must rise by at least 0.6 m each, found {list(self.beam_levels)}")
-        if not self.beam_levels and not self.ground_level:
-            raise ValueError("beam_levels is empty and ground_level is false: no slot is left for a pallet")
         if self.bay_width not in BAY_WIDTHS:
             raise ValueError(f"bay_width must be one of {list(BAY_WIDTHS)} m, found {self.bay_width}")
         if self.pallets_per_bay * self.pallet_width > self.bay_width - 0.05 * (self.pallets_per_bay + 1):
@@ -200,7 +196,7 @@ def _build_rack(
         rng: Where deviations from the drawing come from; None builds exactly what is drawn.
     """
     T_world_feet = _add_frames(draft, rack, T_world_rack, rng)
-    levels = ([0.0] if rack.ground_level else []) + list(rack.tops)
+    levels = [0.0, *rack.tops]
     slots: list[Slot] = []
     for bay in range(rack.bays):
         x = rack.bay_x(bay)

@@ -139,6 +139,8 @@ class Layout(ABC):
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, "type[Layout]"]] = {}
     """Value of ``layout.kind`` in a recipe -> its settings: every layout that is defined."""
+    has_shelves: ClassVar[bool] = False
+    """Whether some of its places can be kept for goods of the user's own, by the setting ``goods_fraction``."""
 
     aisle_width: Annotated[float, Range(1.5, 15, "m")] = 9.5
     """Free floor in front (m), 1.5-15; an observation needs its distance and about 1 m more, unless it looks along."""
@@ -181,14 +183,24 @@ class Layout(ABC):
         return ()
 
     @property
+    def sides(self) -> Literal["one", "both"]:
+        """Whether the other side of the aisle is the same again; a setting of the layouts that can be."""
+        return "one"
+
+    @property
+    def goods_fraction(self) -> float:
+        """Fraction of its places kept for goods of the user's own, 0-1; a setting of layouts that have shelves."""
+        return 0.0
+
+    @property
     def opposite(self) -> "Layout | None":
         """What stands on the other side of the aisle: the same again where ``sides`` are both; None for a wall."""
-        return self if getattr(self, "sides", "one") == "both" else None
+        return self if self.sides == "both" else None
 
     @property
     def wants_goods(self) -> bool:
         """Whether it keeps room for goods of the user's own (``loads.goods``)."""
-        return getattr(self, "goods_fraction", 0.0) > 0.0
+        return self.goods_fraction > 0.0
 
     def under(self, clear_height: float) -> "Layout":
         """Return the layout as it fits a hall of ``clear_height`` (m) over the floor; most fit as they are."""

@@ -103,6 +103,7 @@ class SmallPartsConfig(Layout):
     """Rows of shelves; what stands in them is fixed. It has no place for pallets: give it another side, or staging."""
 
     kind: ClassVar[str] = "small_parts"
+    has_shelves: ClassVar[bool] = True
 
     bays: Annotated[int, Range(2, 30)] = 12
     """Bays of 1.03 m in a row, 2-30."""

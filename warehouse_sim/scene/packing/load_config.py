@@ -27,6 +27,8 @@ FIRST_OBJ_ID, MOST = 600, 300
 _WOOD = ("pallet_wood", "pallet_wood_new", "pallet_wood_tan", "pallet_wood_grey", "pallet_wood_dark", "pallet_blue")
 _PLASTIC = ("plastic_grey", "plastic_black", "plastic_blue", "plastic_red")
 _MOULDED = ("runners", "feet")
+_KINDS: tuple[PalletKind, ...] = ("skids", "perimeter", "stringers", "notched_stringers", "runners", "feet")
+"""How sampled pallets are built, each as often."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,6 @@ class SampledPalletsConfig:
     """Fraction of the pallets in a scene that are these, 0-1; the others are those of ``loads.pallets``."""
     seed: Annotated[int, Range(0, 1_000_000)] = 0
     """Another seed, 0-1,000,000, draws other pallets; that of the dataset changes none: sets share their CAD."""
-    kinds: tuple[PalletKind, ...] = ("skids", "perimeter", "stringers", "notched_stringers", "runners", "feet")
-    """How they are built; a kind given twice is sampled twice as often."""
     length: Annotated[Distribution, Range(0.5, 2, "m")] = field(default=Distribution.uniform(0.95, 1.3))
     """Longer edge (m), 0.5-2; swapped with ``width`` where that comes out longer."""
     width: Annotated[Distribution, Range(0.4, 1.6, "m")] = field(default=Distribution.uniform(0.75, 1.15))
@@ -59,10 +59,6 @@ class SampledPalletsConfig:
     cover: Annotated[Distribution, Range(0.3, 0.95)] = field(default=Distribution.uniform(0.55, 0.9))
     """Fraction of a wooden deck that boards cover, 0.3-0.95."""
 
-    def __post_init__(self) -> None:
-        if not self.kinds:
-            raise ValueError("kinds must list at least one way to build a pallet")
-
 
 @cache
 def sampled_pallets(config: SampledPalletsConfig) -> tuple[ObjectModel, ...]:
@@ -72,7 +68,7 @@ def sampled_pallets(config: SampledPalletsConfig) -> tuple[ObjectModel, ...]:
 
 def _sampled(config: SampledPalletsConfig, number: int) -> ObjectModel:
     rng = np.random.default_rng([config.seed, number])
-    kind: PalletKind = config.kinds[rng.integers(len(config.kinds))]
+    kind: PalletKind = _KINDS[rng.integers(len(_KINDS))]
     width, length = sorted((config.length.sample(rng), config.width.sample(rng)))
     shape = PalletShape(
         kind=kind,
@@ -100,6 +96,8 @@ def _to_mm(length: float) -> float:
 BULK_PALLETS = ("epal3", "epal2")
 """Pallets of 1,200 x 1,000 mm for carriers that fit none of the recipe's."""
 
+_STAINS = Distribution.uniform(0.0, 0.5)
+"""Fraction of a damaged pallet's deck boards with stains."""
 _STAMPS = Distribution.uniform(0.4, 1.0)
 """Fraction of a damaged pallet's brands and stencils that can still be read."""
 
@@ -119,13 +117,11 @@ class WearRange:
     """Fraction of the deck boards and skids that are out of place, 0-1."""
     twisted: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.4))
     """Fraction of the blocks that are turned, 0-1."""
-    stains: Annotated[Distribution, Range(0, 1)] = field(default=Distribution.uniform(0.0, 0.5))
-    """Fraction of the deck boards with stains, 0-1."""
 
     def sampled(self, rng: np.random.Generator) -> WearConfig:
         """Return the wear of one pallet."""
         drawn = {item.name: getattr(self, item.name).sample(rng) for item in fields(self)}
-        return WearConfig(**drawn, stamps=_STAMPS.sample(rng))
+        return WearConfig(**drawn, stains=_STAINS.sample(rng), stamps=_STAMPS.sample(rng))
 
 
 @dataclass(frozen=True)

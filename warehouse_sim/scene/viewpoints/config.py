@@ -19,8 +19,6 @@ class DriveConfig:
     """Frames evenly in time from start to end of each drive; false = each observation from a drive of its own."""
     speed: Annotated[Distribution, Range(0.1, 6, "m/s")] | None = None
     """Of the vehicle between speeding up and braking (m/s), 0.1-6; null = the trajectory's own, see the docs."""
-    acceleration: Annotated[float, Range(0.05, 5, "m/s^2")] = 0.5
-    """Of speeding up and braking (m/s^2), 0.05-5."""
     length: Annotated[Distribution, Range(0.5, 40, "m")] = field(default=Distribution.uniform(3.0, 8.0))
     """Of a drive along the aisle, and of the straight before the corner of a turn-in at most (m), 0.5-40."""
     radius: Annotated[Distribution, Range(0.3, 6, "m")] = field(default=Distribution.uniform(1.4, 2.2))

@@ -57,6 +57,8 @@ SPEEDS = {
     "approach": Distribution.uniform(0.3, 0.8),
 }
 """Of the vehicle (m/s) where the recipe does not say; practical priors, walking speed and below."""
+_ACCELERATION = 0.5
+"""Of speeding up and braking (m/s^2)."""
 _LEAST_RUN = 1.0
 """An approach shorter than this (m) is none."""
 _LANE_EDGE = 1.2
@@ -150,7 +152,7 @@ class Planner:
         config = self.config.drive
         speed = (config.speed or SPEEDS[self.config.trajectory]).sample(self.rng)
         rolling = self.config.trajectory == "approach"
-        return Drive(mount, path, SpeedProfile.over(path.length, speed, config.acceleration, rolling), aim)
+        return Drive(mount, path, SpeedProfile.over(path.length, speed, _ACCELERATION, rolling), aim)
 
     def _sample_mount(self, target: ObjectInstance | None) -> Mount:
         height, pitch, roll = sample_mount(self.mounting, self.config, self.rng)

@@ -14,8 +14,8 @@ from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.record import Kept
 from warehouse_sim.generation.observe import Stage
-from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.generation.recipe.paired_variants import base_variant
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.render import open_renderer

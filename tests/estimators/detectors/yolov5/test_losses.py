@@ -6,7 +6,6 @@ import torch
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import complete_iou, detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig
 from warehouse_sim.estimators.images.settings import ImageConfig
 
 
@@ -34,7 +33,7 @@ def test_descent_finds_the_box(classes: int) -> None:
     targets = Targets(torch.tensor([0]), box, torch.tensor([classes - 1]), torch.tensor([True]))
     optimiser = torch.optim.Adam(maps, lr=0.1)
     for _ in range(150):
-        loss = detection_loss(network, type(raw)(tuple(maps)), targets, DetectorLossConfig())
+        loss = detection_loss(network, type(raw)(tuple(maps)), targets)
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()

@@ -12,7 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.objects import write_meshes
 from warehouse_sim.estimators.pose.densefusion.settings import Preset, Size, TrainConfig, with_preset
 from warehouse_sim.estimators.pose.densefusion.training.preparation import crop_of, network_of
 from warehouse_sim.estimators.registries import ESTIMATORS
-from warehouse_sim.learning.run_folder import DatasetSource, write_weights
+from warehouse_sim.learning.run_folder import Source, write_weights
 
 
 def made_run(
@@ -28,7 +28,7 @@ def made_run(
     train = with_preset(TrainConfig(size=size), preset)
     network = network_of(ESTIMATORS.get(name), train)
     shape = replace(pallet_shape(), obj_id=obj_id, name=object_name, class_name="pallet")
-    source = DatasetSource("toy", "0" * 64)
+    source = Source("toy", "0" * 64)
     made = {"objects": (shape,), "network": network, "crop": crop_of(network), "train": train}
     PoseRun(estimator=name, version="0", datasets=(source,), **made).write(run)
     torch.manual_seed(0)

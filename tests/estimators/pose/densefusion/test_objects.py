@@ -20,7 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.objects import (
     write_meshes,
 )
 from warehouse_sim.geometry.mesh import sample_surface
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 def test_anchors_have_mean_and_covariance_of_the_surface() -> None:

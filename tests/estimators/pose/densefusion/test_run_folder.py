@@ -7,12 +7,12 @@ from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
-from warehouse_sim.learning.run_folder import DatasetSource, StartingWeights, read_kind, write_weights
+from warehouse_sim.learning.run_folder import Source, read_kind, write_weights
 
 
 def made_config(name: str) -> PoseRun:
     network = ESTIMATORS.get(name).network("nano")
-    datasets = (DatasetSource("data", "0" * 64), DatasetSource("more", "1" * 64))
+    datasets = (Source("data", "0" * 64), Source("more", "1" * 64))
     crop = CropConfig(side_px=48, depth=True)
     return PoseRun(
         estimator=name,
@@ -22,7 +22,7 @@ def made_config(name: str) -> PoseRun:
         network=network,
         crop=crop,
         train=TrainConfig(),
-        started_from=StartingWeights("other", "2" * 64),
+        started_from=Source("other", "2" * 64),
     )
 
 

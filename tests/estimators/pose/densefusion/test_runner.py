@@ -22,7 +22,7 @@ def test_poses_come_back_in_the_axes_of_a_rolled_camera(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run", preset="robust")
     config = PoseRun.read(run)
     # Without surroundings both cameras see the very same points.
-    plain = replace(config.network, inliers=None)
+    plain = replace(config.network, inliers=False)
     replace(config, network=plain, crop=type(config.crop)()).write(run)
     torch.manual_seed(0)
     network = DenseFusion(plain, 1)

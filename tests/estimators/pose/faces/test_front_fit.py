@@ -11,7 +11,8 @@ from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.faces.estimator import FaceEstimator
 from warehouse_sim.estimators.registries import ESTIMATORS
-from warehouse_sim.geometry.pose import SymmetryGroup, invert, make_transform
+from warehouse_sim.geometry.pose import invert, make_transform
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PalletFace, Pocket
 
 PALLETS = {

@@ -14,7 +14,8 @@ from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
-from warehouse_sim.geometry.pose import SymmetryGroup, invert, level_camera, make_transform, rotation_angle, rotation_z
+from warehouse_sim.geometry.pose import invert, level_camera, make_transform, rotation_angle, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 SIZE = np.array([1.2, 0.8, 0.3])
 CAMERA = PinholeCamera(240, 160, 220.0, 220.0, 119.5, 79.5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warehouse_sim.estimators.image import RgbdImage
-from warehouse_sim.estimators.pose.uncertainty.blocked import look_into
+from warehouse_sim.estimators.pose.uncertainty.estimator import look_into
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
 from warehouse_sim.geometry.pose import make_transform, rotation_z

@@ -11,8 +11,9 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.segmenters.segnet import task
 from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, without_doubles
-from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train
 
 CONFIG = SegmenterConfig(
@@ -25,13 +26,14 @@ CONFIG = SegmenterConfig(
     learning_rate=5e-3,
     threads=1,
     workers=1,
-    augment=BoxAugmentConfig(depth_holes=0, colour=0.1),
 )
 
 
 @pytest.fixture(scope="module")
 def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return train("keypoints-rgbd", toy_root, tmp_path_factory.mktemp("segmenter") / "run", CONFIG)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(task, "_ERRORS", replace(task._ERRORS, depth_holes=0, colour=0.1))
+        return train("keypoints-rgbd", toy_root, tmp_path_factory.mktemp("segmenter") / "run", CONFIG)
 
 
 def boxed(reader: DatasetReader, split: str):

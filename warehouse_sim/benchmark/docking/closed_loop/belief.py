@@ -10,7 +10,8 @@ from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE, Drift
 from warehouse_sim.estimators.tracking.belief import Belief, difference
 from warehouse_sim.estimators.tracking.tracker import Tracker, View
 from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, invert
+from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import PoseEstimate
 
 

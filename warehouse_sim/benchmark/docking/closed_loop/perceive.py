@@ -15,8 +15,8 @@ from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.observe import Stage
 from warehouse_sim.generation.occlusion import FractionRange, OcclusionConfig, VisibleFractions, request_views
-from warehouse_sim.generation.paired_variants import base_variant, overlaid
 from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.recipe.paired_variants import base_variant, overlaid
 from warehouse_sim.generation.scene import SampledScene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform, invert

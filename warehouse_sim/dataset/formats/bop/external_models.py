@@ -14,7 +14,8 @@ from warehouse_sim.dataset.files.plain import LENGTHS, Span, take_if_given, take
 from warehouse_sim.dataset.objects import MeshReader, ObjectInfo
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, load_mesh
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, make_transform
+from warehouse_sim.geometry.pose import Transform, make_transform
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _EVEN = "models_eval"
 _SURFACES = ("models", "models_cad", "models_fine", "models_reconst")

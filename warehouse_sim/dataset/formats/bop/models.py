@@ -13,7 +13,8 @@ from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.formats.bop import BopLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh, grid_box, merge, split_long_edges, unit_box
-from warehouse_sim.geometry.pose import SymmetryGroup, make_transform, transform_points
+from warehouse_sim.geometry.pose import make_transform, transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.output import make_folder
 from warehouse_sim.schema import ObjectModel, Part
 

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import TargetRecord
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _VISIBLE = {0: 1.0, 1: 0.7, 2: 0.25}
 """Fraction of what lies in the image that is taken for visible, by the level ``occluded``: KITTI gives none, these are

@@ -18,16 +18,15 @@ class RtdetrConfig(AnyDetectorConfig):
     """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
     batch: Annotated[int, Range(1, 65_536)] = 16
     """Images a step, 1-65,536."""
-    warmup_steps: Annotated[int, Range(0, 1_000_000_000)] = 500
-    """Steps over which the learning rate rises, at most a tenth of the run, 0-1,000,000,000."""
-    clip_norm: Annotated[float, Range(0.000001, 1_000_000)] = 0.1
-    """Largest norm of the gradient, 0.000001-1,000,000; the authors'."""
     precision: Literal["32"] = "32"
     """Arithmetic of the network; in 16 bits its boxes would be off by pixels."""
     size: RtdetrSize = "r18"
     """Backbone and widths: r18, r34 and r50 are the published ones, tiny is for trials."""
-    weight_decay: Annotated[float, Range(0, 10)] = 1e-4
-    """Decoupled weight decay of AdamW, 0-10."""
+
+    warmup_steps: ClassVar[int] = 500
+    clip_norm: ClassVar[float] = 0.1
+    """The authors'."""
+    weight_decay: ClassVar[float] = 1e-4
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.learning.compute import on_device
 from warehouse_sim.learning.job import Started, starting_weights
 from warehouse_sim.learning.records import RunLog
-from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights, read_weights
+from warehouse_sim.learning.run_folder import WEIGHTS, Source, read_weights
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.optional import require
 from warehouse_sim.resources import model_dir
@@ -41,7 +41,7 @@ _NAMED = 4
 """Tensors that stay fresh and are named."""
 
 
-def start_from(init: str | Path, network: RtdetrNetwork) -> tuple[StartingWeights, str]:
+def start_from(init: str | Path, network: RtdetrNetwork) -> tuple[Source, str]:
     """Copy all weights that the network has, too, in the same shape; return what they were, and a line about it.
 
     Args:
@@ -177,7 +177,7 @@ class RtdetrJob(BoxJob):
         """Return the widths of the size, for the classes."""
         return RtdetrNetworkConfig(**SIZES[self.config.size], classes=len(prepared.classes))
 
-    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
+    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> Source:
         """Copy weights of another run, or of the library, and say how many fitted."""
         assert isinstance(started.task, RtdetrTask)
         begun, remark = start_from(init, started.task.network)

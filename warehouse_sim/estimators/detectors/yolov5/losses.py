@@ -9,9 +9,10 @@ from torch.nn import functional
 
 from warehouse_sim.estimators.detectors.yolov5.anchors import Assigned, Targets, assign, ignored
 from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, CellNetwork, Raw
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig
 from warehouse_sim.learning.compute import on_device
 
+_BOX_WEIGHT, _CLASS_WEIGHT = 0.05, 0.5
+"""Of 1 - CIoU and of telling classes apart, beside 1 for objectness: gains of the original."""
 _LEVEL_WEIGHTS = (4.0, 1.0, 0.4)
 """Of objectness: the finest level has most cells."""
 
@@ -33,7 +34,7 @@ def complete_iou(a: Float[Tensor, "n 4"], b: Float[Tensor, "n 4"]) -> Float[Tens
     return iou - apart - weight * shape
 
 
-def detection_loss(network: CellNetwork, raw: Raw, targets: Targets, config: DetectorLossConfig) -> Float[Tensor, ""]:
+def detection_loss(network: CellNetwork, raw: Raw, targets: Targets) -> Float[Tensor, ""]:
     """Return the weighted sum of the three losses over all levels.
 
     ``targets`` are on the CPU, wherever the network computes: what learns is chosen there, as a GPU would have to be
@@ -45,7 +46,7 @@ def detection_loss(network: CellNetwork, raw: Raw, targets: Targets, config: Det
     anchors = torch.tensor(network.config.anchors, dtype=torch.float32).view(len(STRIDES), -1, 2)
     for level, found in enumerate(assign(targets, anchors, size_hw)):
         logits = raw.maps[level].float()
-        total = total + _level_loss(network, logits, level, found, targets, config)
+        total = total + _level_loss(network, logits, level, found, targets)
     return total
 
 
@@ -55,7 +56,6 @@ def _level_loss(
     level: int,
     found: Assigned,
     targets: Targets,
-    config: DetectorLossConfig,
 ) -> Float[Tensor, ""]:
     device = logits.device
     box, kind = on_device(targets.boxes[found.target], device), targets.class_index[found.target]
@@ -66,17 +66,17 @@ def _level_loss(
     if len(found.target):
         centre, size = _placed(network, logits[at][:, :4], level, found)
         iou = complete_iou(torch.cat([centre - size / 2, centre + size / 2], dim=1), box)
-        loss = loss + config.box * (1.0 - iou).mean()
+        loss = loss + _BOX_WEIGHT * (1.0 - iou).mean()
         # Where two boxes share a cell and an anchor, the better fit says how sure it may be.
         gt.view(-1).scatter_reduce_(0, _flat(found, gt), iou.detach().clamp(min=0).to(gt.dtype), "amax")
         if network.config.classes > 1:
             wanted = on_device(functional.one_hot(kind, network.config.classes).to(logits.dtype), device)
-            loss = loss + config.classes * functional.binary_cross_entropy_with_logits(logits[at][:, 5:], wanted)
+            loss = loss + _CLASS_WEIGHT * functional.binary_cross_entropy_with_logits(logits[at][:, 5:], wanted)
     batch, _, height, width = gt.shape
     requested = on_device(~ignored(targets, (batch, height, width), STRIDES[level]), device)
     counts = requested[:, None] | (gt > 0)
     objectness = functional.binary_cross_entropy_with_logits(logits[..., 4], gt, reduction="none")
-    return loss + config.objectness * _LEVEL_WEIGHTS[level] * (objectness * counts).mean()
+    return loss + _LEVEL_WEIGHTS[level] * (objectness * counts).mean()
 
 
 def _placed(

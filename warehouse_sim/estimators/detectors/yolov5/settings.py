@@ -1,25 +1,12 @@
 """Settings of training the package's own detector, and its names; free of torch, so that a command line is quick."""
 
-from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, TrainableOnImages
-from warehouse_sim.ranges import Range, ranged
+from warehouse_sim.ranges import ranged
 
 DetectorSize = Literal["pico", "nano", "small"]
-
-
-@dataclass(frozen=True)
-@ranged
-class DetectorLossConfig:
-    """Weights of what a detector minimises."""
-
-    box: Annotated[float, Range(0, 1000)] = 0.05
-    """Of 1 - CIoU, 0-1,000."""
-    objectness: Annotated[float, Range(0, 1000)] = 1.0
-    """Of telling cells with an object from others, 0-1,000."""
-    classes: Annotated[float, Range(0, 1000)] = 0.5
-    """Of telling classes apart, where there are several, 0-1,000."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +16,6 @@ class DetectorConfig(AnyDetectorConfig):
 
     size: DetectorSize = "nano"
     """Widths of the network: nano and small are those of the original, pico is half of nano."""
-    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
-    """What is minimised."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class DetectionTask(ImageBoxTask):
         """Return CIoU, objectness and classes, weighted."""
         raw = self.network(*inputs)
         with torch.autocast(self._device.type, enabled=False):
-            return detection_loss(self.network, raw, targets, self.config.loss)
+            return detection_loss(self.network, raw, targets)
 
 
 @dataclass(frozen=True)

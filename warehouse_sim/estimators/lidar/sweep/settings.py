@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorLossConfig, DetectorSize
+from warehouse_sim.estimators.detectors.yolov5.settings import DetectorSize
 from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
@@ -81,10 +81,6 @@ class SweepDetectorConfig(BoxTrainingConfig):
 
     size: DetectorSize = "nano"
     """Widths of the network, those of the detectors of images."""
-    loss: DetectorLossConfig = field(default_factory=DetectorLossConfig)
-    """What is minimised, and"""
-    pixels: Annotated[float, Range(0, 1000)] = 0.5
-    """weight of telling pixels that show an object from others, 0-1,000."""
     sweep: RangeImageConfig = field(default_factory=RangeImageConfig)
     """Which directions are seen, and how finely."""
     wanted: WantedInSweepConfig = field(default_factory=WantedInSweepConfig)

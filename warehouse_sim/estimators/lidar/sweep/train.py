@@ -26,11 +26,13 @@ from warehouse_sim.estimators.lidar.sweep.rows import load_sweeps
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig
 from warehouse_sim.learning.job import Started, start_from
 from warehouse_sim.learning.records import RunLog
-from warehouse_sim.learning.run_folder import StartingWeights, read_weights
+from warehouse_sim.learning.run_folder import Source, read_weights
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.resources import model_dir
 
+_PIXEL_WEIGHT = 0.5
+"""Of telling pixels that show an object from others, beside the loss of boxes."""
 _RARE = 3.0
 """Weight of a pixel that shows an object, against one that shows none."""
 _FIRST = "pyramid.start.0.0.weight"
@@ -59,8 +61,8 @@ class SweepTask(BoxTask):
         planes = inputs[1]
         assert planes is not None
         with torch.autocast(self._device.type, enabled=False):
-            boxes = detection_loss(self.network, raw, targets, self.config.loss)
-            return boxes + self.config.pixels * pixel_loss(raw.pixels.float(), planes[:, 2])
+            boxes = detection_loss(self.network, raw, targets)
+            return boxes + _PIXEL_WEIGHT * pixel_loss(raw.pixels.float(), planes[:, 2])
 
 
 def pixel_loss(logits: Float[Tensor, "b h w"], shows: Float[Tensor, "b h w"]) -> Float[Tensor, ""]:
@@ -103,7 +105,7 @@ class SweepJob(CellJob):
         require_wanted(found, readers, classes, class_of, config, "--wanted.points")
         return Prepared(found, class_of, classes, config.sweep)
 
-    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
+    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> Source:
         """Copy the weights of a detector of sweeps, or of depth images, whose channels are this one's first."""
         network = started.task.network
         begun = start_from(init, network)

@@ -38,7 +38,8 @@ from warehouse_sim.estimators.pose.icp.refine import IcpConfig
 from warehouse_sim.estimators.pose.uncertainty.covariance import agreement
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms, make_transform, quat_wxyz_from_matrix
+from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, quat_wxyz_from_matrix
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.learning.compute import cpu_threads, place
 from warehouse_sim.schema import Agreement
 

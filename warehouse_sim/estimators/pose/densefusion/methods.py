@@ -58,7 +58,7 @@ class Method(TrainableNetwork):
         if paper:
             points = replace(points, pooling="average")
             heads = replace(heads, shared=False, class_bias=False, training_points=None)
-            refiner = replace(refiner, pooling="average", shared=False, class_bias=False, both_layers=True)
+            refiner = replace(refiner, paper=True)
         if self.predicts == "coordinates":
             # One trunk at any size: coordinates and their scale are one prediction.
             heads = replace(heads, shared=True, predicts="coordinates")

@@ -17,7 +17,8 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.geometry.mesh import TriangleMesh, sample_surface
-from warehouse_sim.geometry.pose import SymmetryGroup, transform_points
+from warehouse_sim.geometry.pose import transform_points
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.output import write_bytes
 from warehouse_sim.ranges import Range, ranged
 

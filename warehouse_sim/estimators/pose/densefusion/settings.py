@@ -1,7 +1,7 @@
 """Settings of cutting crops and of training; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from warehouse_sim.estimators.api import LeastVisible
 from warehouse_sim.learning.settings import StreamedConfig
@@ -9,6 +9,9 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 
 _MOST_SIDE_PX = 181
 """Pixels of a crop are numbered in 16 bits."""
+_RIM_FRACTION = 0.08
+"""Least width of the rim that is kept about a mask's box, as a fraction of its longer side: as much as boxes are off
+of large objects."""
 _STORED_MARGIN = 0.5
 """Space around the mask in crops with surroundings, as a fraction of its longer side: half a neighbour on each side."""
 
@@ -26,17 +29,16 @@ class CropConfig:
     """Keep depth in the square crop, where there is one."""
     stored_points: Annotated[int, Range(1, 65_536)] = 1024
     """Most points kept of one target, 1-65,536; each training step draws its own from them."""
-    min_points: Annotated[int, Range(1, 65_536)] = 32
-    """Targets with fewer depth readings are left out, 1-65,536."""
-    min_visible_fraction: Fraction = 0.1
-    """Targets less visible than this are left out, 0-1."""
-    margin: Annotated[float, Range(0, 10)] = 0.1
-    """Space around the mask in the square crop, as a fraction of its longer side, 0-10."""
     surround_px: Annotated[int, Range(0, 1000, "px")] = 0
     """Least width of the rim about the mask's box whose pixels are kept, too, 0-1,000; 0 keeps those of the mask
     alone."""
-    surround_fraction: Annotated[float, Range(0, 1)] = 0.0
-    """Least width of that rim as a fraction of the box's longer side, 0-1."""
+
+    min_points: ClassVar[int] = 32
+    """Targets with fewer depth readings are left out."""
+    min_visible_fraction: ClassVar[float] = 0.1
+    """Targets less visible than this are left out."""
+    margin: ClassVar[float] = 0.1
+    """Space around the mask in the square crop, as a fraction of its longer side."""
 
     @property
     def has_surroundings(self) -> bool:
@@ -57,7 +59,7 @@ class CropConfig:
 
     def rim_px(self, width: int, height: int) -> int:
         """Return how wide the rim about a box of this size (px) is."""
-        return max(self.surround_px, round(self.surround_fraction * max(width, height)))
+        return max(self.surround_px, round(_RIM_FRACTION * max(width, height)))
 
     @property
     def reads_rgb(self) -> bool:
@@ -77,8 +79,6 @@ class CropConfig:
     def __post_init__(self) -> None:
         if self.side_px is not None and not (self.rgb or self.depth):
             raise ValueError(f"a square crop of {self.side_px} px must hold rgb or depth; leave it out for neither")
-        if self.surround_fraction > 0 and not self.has_surroundings:
-            raise ValueError("surround_fraction needs a surround_px of 1 or more")
 
 
 Size = Literal["nano", "small", "full"]
@@ -88,28 +88,10 @@ Settings = TypeVar("Settings", bound=Any)
 @dataclass(frozen=True)
 @ranged
 class MaskNoiseConfig:
-    """How masks are disturbed in training, where crops hold what is around them; several of these may meet."""
+    """How masks are disturbed in training, where crops hold what is around them; ``crops.augment`` says how."""
 
     fraction: Fraction = 0.0
     """Fraction of samples with a disturbed mask, 0-1; the others keep the true one."""
-    max_px: Annotated[float, Range(0, 100, "px")] = 4.0
-    """How far an outline is off at most, 0-100."""
-    grow: Fraction = 0.5
-    """Fraction of the disturbed masks that are eroded or dilated by up to ``max_px``, 0-1."""
-    wander: Fraction = 0.35
-    """Share whose outline goes to and fro by up to ``max_px``, in waves, 0-1."""
-    shift: Fraction = 0.25
-    """Fraction that is shifted by up to ``max_px`` along each axis, 0-1."""
-    hole: Fraction = 0.15
-    """Share with a rectangular hole, 0-1."""
-    cut: Fraction = 0.15
-    """Fraction of which a side is missing, up to half, 0-1."""
-    merge: Fraction = 0.3
-    """Fraction that holds what lies in the crop of other targets, each with even odds, 0-1."""
-    box: Fraction = 0.2
-    """Fraction that is the box of the mask, each side moved by up to ``box_error``, 0-1."""
-    box_error: Fraction = 0.08
-    """How far sides of a box are off at most, as a fraction of its longer side, 0-1."""
 
 
 @dataclass(frozen=True)
@@ -125,14 +107,10 @@ class AugmentConfig:
     """Largest shift of the centring point along each axis (m), 0-10."""
     hide_probability: Fraction = 0.3
     """Fraction of samples of which one side is hidden, 0-1."""
-    hide_fraction: Fraction = 0.4
-    """Largest hidden fraction of the extent in the image, 0-1."""
     erode_px: Annotated[int, Range(0, 100, "px")] = 2
     """Most pixels taken off the border of the mask, 0-100."""
     drop_fraction: Fraction = 0.7
     """Largest fraction of the points that is dropped at random, 0-1."""
-    min_points: Annotated[int, Range(1, 65_536)] = 24
-    """A sample is never left with fewer of its points, 1-65,536."""
     colour: Fraction = 0.25
     """Largest relative change of brightness, contrast and each channel, 0-1."""
     masks: MaskNoiseConfig = field(default_factory=MaskNoiseConfig)
@@ -145,8 +123,6 @@ class AugmentConfig:
     lean_fraction: Fraction = 0.0
     """Fraction of the samples with gravity that lean against it all the same, as a pallet on debris does,
     0-1."""
-    lean_deg: Annotated[float, Range(0, 45, "deg")] = 2.5
-    """Standard deviation of how far they lean about each horizontal axis, 0-45."""
 
 
 Distance = Literal["surface", "chamfer", "chamfer-squared"]
@@ -170,14 +146,6 @@ class LossConfig:
     are distinguished; nearest: nearest surface point for symmetric classes, as the original."""
     confidence_weight: Annotated[float, Range(0.000001, 1000)] = 0.08
     """Error up to which full confidence pays, in ``unit``, 0.000001-1,000."""
-    coordinate_weight: Annotated[float, Range(0, 1000)] = 0.01
-    """Weight of the object coordinates against the pose that is fitted to them, 0-1,000."""
-    nearest_hypotheses: Annotated[int, Range(1, 65_536)] = 16
-    """Hypotheses of an object that losses over surface points look at, nearest and chamfer, 1-65,536."""
-    nearest_points: Annotated[int, Range(1, 65_536)] = 128
-    """Surface points of an object in losses over them, 1-65,536."""
-    inlier_weight: Annotated[float, Range(0, 1000)] = 0.1
-    """Weight of telling the object's points from others, for networks that do, 0-1,000."""
 
     @property
     def reads_surface(self) -> bool:
@@ -215,9 +183,6 @@ class TrainConfig(StreamedConfig):
     the original's; refiner: nothing else is trained, on top of the weights that training begins with."""
     refiner_start: Fraction = 0.7
     """Fraction of the run after which the refiner is trained too, or alone, 0-1."""
-    refiner_rate: Annotated[float, Range(0.000001, 1000)] = 0.3
-    """Learning rate of a refiner that is trained alone, as a multiple of ``learning_rate``, 0.000001-1,000; 0.3 in the
-    original. It falls along a cosine of its own."""
     refiner_iterations: Annotated[int, Range(0, 100)] = 2
     """Corrections by the refiner in training, and in prediction where nothing else is said, 0-100."""
     points: Annotated[int, Range(8, 65_536)] | None = None

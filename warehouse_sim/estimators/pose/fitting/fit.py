@@ -12,10 +12,9 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.matching import described, may_be
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import FitConfig, FitModel, Found, Sought
+from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, fit_models
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
-from warehouse_sim.estimators.pose.icp.surface import seeded_surface
-from warehouse_sim.geometry.pose import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement, PoseEstimate
 
 _NOBODY_PROPOSES = np.empty((0, 4, 4))
@@ -34,12 +33,13 @@ class PoseFit(PoseEstimator):
 
     def __init__(self, config: FitConfig = FitConfig(), seed: int = 0) -> None:  # noqa: B008  frozen
         self.config, self._seed = config, seed
-        self._infos: tuple[ObjectInfo, ...] = ()
-        self._models: dict[int, FitModel] = {}
+        self.onboard({})
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Take over the CAD models."""
-        self._infos, self._models = tuple(objects.values()), {}
+        self._infos = tuple(objects.values())
+        known = {info.obj_id: info for info in self._infos}
+        self._model = fit_models(lambda n: known[n].mesh(), lambda n: known[n].symmetry, self._seed)
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return a pose for each detection that shows enough.
@@ -49,7 +49,7 @@ class PoseFit(PoseEstimator):
         """
         down = np.array([0.0, 1.0, 0.0]) if image.gravity is None else image.gravity
         pairs = [
-            (info, Sought.of(self._model(info), view, _NOBODY_PROPOSES, position))
+            (info, Sought.of(self._model(info.obj_id), view, _NOBODY_PROPOSES, position))
             for position, item in enumerate(image.detections)
             if (view := self._view(image, position, item, down)) is not None
             for info in may_be(item, self._infos)
@@ -76,12 +76,6 @@ class PoseFit(PoseEstimator):
         mask = detection.pixels(*image.depth.shape)
         points = masked_points(image, mask, rng)
         return DepthView(image.camera, image.depth, mask, points, down) if len(points) >= LEAST_POINTS else None
-
-    def _model(self, info: ObjectInfo) -> FitModel:
-        if info.obj_id not in self._models:
-            surface = seeded_surface(info.mesh(), info.obj_id, self._seed)
-            self._models[info.obj_id] = FitModel(surface, info.symmetry)
-        return self._models[info.obj_id]
 
 
 def _agreement(found: Found, symmetry: SymmetryGroup) -> Agreement:

@@ -13,7 +13,8 @@ from jaxtyping import Bool, Float
 from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.pipeline import Proposals
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms, make_transform, rotation_z
+from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _DIRECTIONS = 45
 """Directions that are tried in a quarter turn."""

@@ -8,12 +8,13 @@ from jaxtyping import Float
 from warehouse_sim.estimators.pipeline import ObjectPoints, Proposals
 from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, own_of
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, FitModel, Sought
+from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, Sought, fit_models
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, judge
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
+from warehouse_sim.estimators.pose.icp.surface import seeded_surfaces
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.pose import SymmetryGroup, Transform, Transforms, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.geometry.pose import Transform, Transforms, make_transform, matrix_from_quat_wxyz
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 class IcpRefiner:
@@ -26,8 +27,7 @@ class IcpRefiner:
     """
 
     def __init__(self, meshes: Mapping[int, TriangleMesh], config: IcpConfig, seed: int) -> None:
-        self._meshes, self._config, self._seed = meshes, config, seed
-        self._surfaces: dict[int, CadSurface] = {}
+        self._config, self._surface = config, seeded_surfaces(meshes.__getitem__, seed)
 
     def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
         """Return the poses that fit the points, or the given ones where the fit gets no better."""
@@ -36,11 +36,6 @@ class IcpRefiner:
         clouds = [item.masked_points for item in seen]
         clouds = [points[own_of(proposals, row, points)] for row, points in enumerate(clouds)]
         return refine_poses(T_camera_object, clouds, surfaces, self._config, _up(seen))
-
-    def _surface(self, obj_id: int) -> CadSurface:
-        if obj_id not in self._surfaces:
-            self._surfaces[obj_id] = seeded_surface(self._meshes[obj_id], obj_id, self._seed)
-        return self._surfaces[obj_id]
 
 
 def _up(seen: Sequence[ObjectPoints]) -> Float[np.ndarray, "b 3"]:
@@ -72,8 +67,8 @@ class VerificationRefiner:
         config: FitConfig,
         seed: int,
     ) -> None:
-        self._meshes, self._symmetries, self._config, self._seed = meshes, symmetries, config, seed
-        self._models: dict[int, FitModel] = {}
+        self._config = config
+        self._model = fit_models(meshes.__getitem__, symmetries.__getitem__, seed)
 
     def __call__(self, T_camera_object: Transforms, seen: Sequence[ObjectPoints], proposals: Proposals) -> Transforms:
         """Return the poses (b 4 4) that the images speak for; those without a view stay as they are."""
@@ -111,12 +106,6 @@ class VerificationRefiner:
         proposed = make_transform(rotation, candidates.translation[row, order])
         model = self._model(item.obj_id)
         return distinct(np.concatenate([T_network[None], proposed]), model.symmetry)[: 1 + _PROPOSALS]
-
-    def _model(self, obj_id: int) -> FitModel:
-        if obj_id not in self._models:
-            surface = seeded_surface(self._meshes[obj_id], obj_id, self._seed)
-            self._models[obj_id] = FitModel(surface, self._symmetries[obj_id])
-        return self._models[obj_id]
 
 
 def _views(seen: Sequence[ObjectPoints]) -> dict[int, DepthView]:

@@ -1,8 +1,8 @@
 """How poses are fitted to depth without a network, and how a network's are tried against others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,8 +12,10 @@ from warehouse_sim.estimators.pose.fitting.sweep import Sides, outer_sides, swep
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, Verification, VerificationConfig, judge_all
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells
 from warehouse_sim.estimators.pose.icp.refine import Cloud, IcpConfig, fit_poses, fit_to_surfaces
-from warehouse_sim.estimators.pose.icp.surface import CadSurface
-from warehouse_sim.geometry.pose import SymmetryGroup, Transforms, invert, make_transform, rotation_z
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
+from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.pose import Transforms, invert, make_transform, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,13 @@ class FitModel:
     def sides(self) -> Sides:
         """Samples of its outer sides."""
         return outer_sides(self.surface)
+
+
+def fit_models(
+    mesh_of: Callable[[int], TriangleMesh], symmetry_of: Callable[[int], SymmetryGroup], seed: int
+) -> Callable[[int], FitModel]:
+    """Return what gives ``FitModel`` of an object by its number; each is made once, when it is first requested."""
+    return cache(lambda obj_id: FitModel(seeded_surface(mesh_of(obj_id), obj_id, seed), symmetry_of(obj_id)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,15 +15,8 @@ from warehouse_sim.estimators.gravity import upright_frame
 from warehouse_sim.estimators.pose.fitting.hypotheses import quantiles
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, dot
-from warehouse_sim.geometry.pose import (
-    SymmetryGroup,
-    Transform,
-    Transforms,
-    invert,
-    make_transform,
-    rotation_angle,
-    rotation_z,
-)
+from warehouse_sim.geometry.pose import Transform, Transforms, invert, make_transform, rotation_angle, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _GRAZING = 0.1
 """Cosine to the ray below which a sample is not believed to be seen."""

@@ -12,7 +12,7 @@ from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.matching import described
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, masked_points
 from warehouse_sim.estimators.pose.icp.refine import IcpConfig, refine_poses
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
+from warehouse_sim.estimators.pose.icp.surface import seeded_surfaces
 from warehouse_sim.schema import PoseEstimate
 
 
@@ -31,13 +31,13 @@ class OracleIcp(PoseEstimator):
 
     def __init__(self, seed: int = 0) -> None:
         self._seed = seed
-        self._infos: Mapping[int, ObjectInfo] = {}
-        self._surfaces: dict[int, CadSurface] = {}
+        self.onboard({})
         self._labels: dict[tuple[int, int], dict[int, TargetRecord]] = {}
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
         """Take over the CAD models."""
-        self._infos, self._surfaces = objects, {}
+        self._infos = objects
+        self._surface = seeded_surfaces(lambda obj_id: objects[obj_id].mesh(), self._seed)
 
     def show(self, images: Iterable[ImageRecord]) -> None:
         """Take over the labels of images."""
@@ -66,11 +66,8 @@ class OracleIcp(PoseEstimator):
                 continue
             info = target.info(self._infos)
             start = target.T_camera_object[None]
-            T = refine_poses(start, [points], [self._surface(info)], IcpConfig(), None if up is None else up[None])
+            T = refine_poses(
+                start, [points], [self._surface(info.obj_id)], IcpConfig(), None if up is None else up[None]
+            )
             found.append(described(image, position, info.obj_id, [info], 1.0, T[0]))
         return found
-
-    def _surface(self, info: ObjectInfo) -> CadSurface:
-        if info.obj_id not in self._surfaces:
-            self._surfaces[info.obj_id] = seeded_surface(info.mesh(), info.obj_id, self._seed)
-        return self._surfaces[info.obj_id]

@@ -1,7 +1,8 @@
 """The outer surface of a CAD mesh as samples on its triangles, without the faces that nothing outside can see."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -157,6 +158,11 @@ class CadSurface:
 def seeded_surface(mesh: TriangleMesh, obj_id: int, seed: int, count: int = 20_000) -> CadSurface:
     """Return the surface of an object, the same for each number and seed; ``count`` as ``build_surface``."""
     return build_surface(mesh, count, np.random.default_rng([seed, obj_id]))
+
+
+def seeded_surfaces(mesh_of: Callable[[int], TriangleMesh], seed: int) -> Callable[[int], CadSurface]:
+    """Return what gives the surface of an object by its number; each is sampled once, when it is first requested."""
+    return cache(lambda obj_id: seeded_surface(mesh_of(obj_id), obj_id, seed))
 
 
 def build_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> CadSurface:

@@ -1,6 +1,6 @@
 """Settings of training a segmenter, and its names; free of torch, so that a command line can show them at once."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from warehouse_sim.estimators.images.settings import Reads
@@ -40,23 +40,6 @@ class BoxCropConfig:
 
 @dataclass(frozen=True)
 @ranged
-class BoxAugmentConfig:
-    """How strongly crops of boxes are disturbed in training."""
-
-    box: Fraction = 0.15
-    """How far each side of a box is off at most, as a fraction of its size, 0-1."""
-    flip: Fraction = 0.5
-    """Fraction of crops that are mirrored, 0-1."""
-    colour: Fraction = 0.4
-    """Largest relative change of brightness, contrast and each channel, 0-1."""
-    depth_noise: Annotated[float, Range(0, 1)] = 0.001
-    """Standard deviation of noise on depth at 1 m, of which the square of the distance makes more (m), 0-1."""
-    depth_holes: Annotated[int, Range(0, 1000)] = 3
-    """Most rectangles without depth, 0-1,000."""
-
-
-@dataclass(frozen=True)
-@ranged
 class SegmenterConfig(StreamedConfig):
     """How a segmenter is trained."""
 
@@ -68,18 +51,12 @@ class SegmenterConfig(StreamedConfig):
     """Arithmetic of the network; depths of centimetres at metres need 32 bits."""
     width: Annotated[int, Range(4, 512)] = 16
     """Filters of the first stage, 4-512; later ones have up to four times as many."""
-    crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (96, 48)
-    """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it."""
     classes: tuple[str, ...] = ()
     """Only objects of these classes, or of these names; all targets by default."""
     visible: Fraction = 0.1
     """Least visible fraction of an object, 0-1."""
     height_px: Annotated[float, Range(0, 10_000, "px")] = 6.0
     """Least height of its visible part in the image, 0-10,000."""
-    keypoint_weight: Annotated[float, Range(0, 1000)] = 0.05
-    """Weight of key points against the mask, for networks that find them, 0-1,000."""
-    augment: BoxAugmentConfig = field(default_factory=BoxAugmentConfig)
-    """How crops are disturbed."""
     workers: Annotated[int, Range(1, 1024)] = 2
     """Threads that decode images and compose samples, 1-1,024; 1 does both in the training's own thread."""
 

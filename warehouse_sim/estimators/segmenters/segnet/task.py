@@ -10,17 +10,21 @@ from jaxtyping import Float, Float32, Int, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.images.compose import Sample, disturbed
-from warehouse_sim.estimators.images.settings import ImageAugmentConfig
+from warehouse_sim.estimators.images.compose import ImageErrors, Sample, disturbed
 from warehouse_sim.estimators.segmenters.segnet.keypoints import MIRRORED, find_peaks
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterNetwork
-from warehouse_sim.estimators.segmenters.segnet.settings import BoxAugmentConfig, BoxCropConfig, SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig, SegmenterConfig
 from warehouse_sim.estimators.segmenters.segnet.window import Window
 from warehouse_sim.learning.loop import ComposedTask, Order
 from warehouse_sim.learning.samples.array_store import Arrays
 
 _SPREAD_PX = 1.5
 """Of the place that a key point is requested."""
+_KEYPOINT_WEIGHT = 0.05
+"""Of key points against the mask, for networks that find them."""
+_BOX_ERROR, _FLIP = 0.15, 0.5
+"""How far each side of a box is off at most, as a fraction of its size, and which fraction of crops is mirrored."""
+_ERRORS = ImageErrors(depth_noise=0.001, depth_holes=3, depth_scale=0.02)
 
 
 def mask_loss(logits: Float[Tensor, "b h w"], gt: Float[Tensor, "b h w"]) -> Float[Tensor, ""]:
@@ -59,35 +63,30 @@ class BoxSample:
     """Key points (px) with 1 where they are in the crop."""
 
 
-def box_sample(
-    arrays: Arrays, index: int, config: BoxCropConfig, augment: BoxAugmentConfig | None, rng: np.random.Generator
-) -> BoxSample:
+def box_sample(arrays: Arrays, index: int, config: BoxCropConfig, augment: bool, rng: np.random.Generator) -> BoxSample:
     """Return a stored crop as a network sees it.
 
     Args:
         arrays: Stored rows.
         index: Which of them.
         config: How boxes are cut out.
-        augment: How crops are disturbed; None only moves the box, by a twentieth, as a good detector would.
+        augment: Whether the crop is disturbed; else the box is only moved, by a twentieth, as a good detector would.
         rng: Decides.
     """
     width, height = config.stored_wh
     fraction = 1.0 / (1.0 + 2.0 * config.stored_margin)
     size = np.array([width, height]) * fraction
-    most = 0.05 if augment is None else augment.box
+    most = _BOX_ERROR if augment else 0.05
     low = (np.array([width, height]) - size) / 2 + rng.uniform(-most, most, 2) * size
     high = (np.array([width, height]) + size) / 2 + rng.uniform(-most, most, 2) * size
     window = Window.about((low[0], low[1], high[0], high[1]), config.margin, config.crop_wh)
-    mirrored = augment is not None and bool(rng.random() < augment.flip)
+    mirrored = augment and bool(rng.random() < _FLIP)
     rgb = window.smooth(np.asarray(arrays["rgb"][index]), mirrored) if "rgb" in arrays else None
     depth = None
     if "depth" in arrays:
         depth = window.picked(np.asarray(arrays["depth"][index]), mirrored).astype(np.float32) / 1000.0
-    if augment is not None:
-        errors = ImageAugmentConfig(
-            colour=augment.colour, depth_noise=augment.depth_noise, depth_holes=augment.depth_holes, depth_scale=0.02
-        )
-        noisy = disturbed(Sample(rgb, depth, np.zeros((0, 8), dtype=np.float32)), errors, rng)
+    if augment:
+        noisy = disturbed(Sample(rgb, depth, np.zeros((0, 8), dtype=np.float32)), _ERRORS, rng)
         rgb, depth = noisy.rgb, noisy.depth
     mask = window.picked(np.asarray(arrays["mask"][index]), mirrored).astype(np.float32)
     points = np.array(arrays["points"][index])
@@ -168,14 +167,14 @@ class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
             loss = mask_loss(mask.float(), self.stacked([sample.mask for sample in samples]))
             if places.shape[1]:
                 points = self.stacked([sample.points for sample in samples])
-                loss = loss + self.config.keypoint_weight * keypoint_loss(places.float(), points)
+                loss = loss + _KEYPOINT_WEIGHT * keypoint_loss(places.float(), points)
         return loss
 
     def compose(self, key: tuple[int, int, int]) -> BoxSample:
         """Return the training sample of a step, a place in it and a row."""
         step, place, row = key
         rng = np.random.default_rng([self.config.seed, step, place])
-        return box_sample(*self._train.at(row), self._crop, self.config.augment, rng)
+        return box_sample(*self._train.at(row), self._crop, True, rng)
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return the masks' mean overlap with ground truth, the fractions (%) above 0.5 and 0.75, errors of points."""
@@ -185,7 +184,7 @@ class SegmentationTask(ComposedTask[tuple[int, int, int], BoxSample]):
         overlaps, errors = list[np.ndarray](), list[np.ndarray]()
         for start in range(0, len(chosen), _VALIDATION_BATCH):
             samples = [
-                box_sample(*rows.at(row), self._crop, None, np.random.default_rng([0, row]))
+                box_sample(*rows.at(row), self._crop, False, np.random.default_rng([0, row]))
                 for row in chosen[start : start + _VALIDATION_BATCH]
             ]
             mask, places = network(*self._tensors(samples))

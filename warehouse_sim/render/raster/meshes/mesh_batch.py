@@ -10,8 +10,7 @@ from jaxtyping import Bool, Float, Int, Int32, UInt8
 
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.detail_levels import Facets, detail_levels, facets
-from warehouse_sim.geometry.equal_rows import equal_rows
-from warehouse_sim.geometry.mesh import TriangleMesh
+from warehouse_sim.geometry.mesh import TriangleMesh, equal_rows
 from warehouse_sim.render.raster.meshes.parts import INSTANCE, INSTANCE_FORMAT, PartTable
 from warehouse_sim.render.raster.projection import NEAR
 

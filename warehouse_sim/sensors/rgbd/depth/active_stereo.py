@@ -12,7 +12,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
 from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow, fattened, inverse_depth, widened
-from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
+from warehouse_sim.sensors.rgbd.depth.model import Depth, LitDepth
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, smooth_noise
 from warehouse_sim.sensors.rgbd.depth.pattern import (
     FilmedDots,
@@ -40,7 +40,7 @@ _STEP_PX = 1.0
 
 @dataclass(frozen=True)
 @ranged
-class ActiveStereo(DepthModel):
+class ActiveStereo(LitDepth):
     """Errors of disparity that matching windows share, and holes where neither dots nor texture can be matched.
 
     ``z = f b / d`` and ``dz = z^2 dd / (f b)``, with 1/32 px steps (Grunnet-Jepsen et al., "Subpixel linearity
@@ -103,14 +103,6 @@ class ActiveStereo(DepthModel):
     """That of the disparity by which planes seem bowed or tilted towards the image's border (px). No source."""
     unit_registration_px: ClassVar[float] = 0.5
     """That of where depth is registered beside colour (px of the infrared cameras). No source."""
-
-    film: bool = True
-    """Whether stretch film sends dots back and blurs those behind it, or only tints what is seen."""
-
-    @property
-    def sees_film(self) -> bool:
-        """Whether ``Capture.film`` is looked at."""
-        return self.film
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""

@@ -63,7 +63,7 @@ class DepthModel(ABC):
 
     @property
     def sees_film(self) -> bool:
-        """Whether ``Capture.film`` is looked at: sensors with a light of their own meet stretch film."""
+        """Whether ``Capture.film`` is looked at."""
         return False
 
     @abstractmethod
@@ -98,6 +98,21 @@ class DepthModel(ABC):
     def to_plain(self) -> dict[str, Any]:
         """Return what ``read_depth_model`` reads back."""
         return {"model": self.kind} | {item.name: to_mapping(getattr(self, item.name)) for item in fields(self)}
+
+
+@dataclass(frozen=True)
+@ranged
+class LitDepth(DepthModel):
+    """A camera with a light of its own, which meets stretch film."""
+
+    film: bool = True
+    """Whether film sends its light back and weakens or blurs what is behind it; else film is not there at all, but for
+    the tint that active stereo sees."""
+
+    @property
+    def sees_film(self) -> bool:
+        """Whether ``Capture.film`` is looked at."""
+        return self.film
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.rgbd.depth.edges import baseline_shadow, inverse_depth, jitter_jumps
-from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
+from warehouse_sim.sensors.rgbd.depth.model import Depth, LitDepth
 from warehouse_sim.sensors.rgbd.depth.noise import border_noise, odd_window, unit_noise
 from warehouse_sim.sensors.rgbd.depth.pattern import FilmedDots
 from warehouse_sim.sensors.surfaces import facing_cosine, returned_by_retroreflectors, returned_light
@@ -31,7 +31,7 @@ _RIVAL_PX = 0.2
 
 @dataclass(frozen=True)
 @ranged
-class StructuredLight(DepthModel):
+class StructuredLight(LitDepth):
     """Noise by range and angle; depth in steps of disparity; holes in shadows, at edges and at grazing incidence.
 
     Noise: Nguyen, Izadi & Lovell 2012, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking",
@@ -69,13 +69,6 @@ class StructuredLight(DepthModel):
     max_glare: ClassVar[float] = 2.0
     """Most glossy light that may come back, relative to white plaster at the same place: dots that
     saturate run into each other. No source."""
-    film: bool = True
-    """Whether stretch film sends dots back and blurs those behind it, or is not there at all."""
-
-    @property
-    def sees_film(self) -> bool:
-        """Whether ``Capture.film`` is looked at."""
-        return self.film
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""

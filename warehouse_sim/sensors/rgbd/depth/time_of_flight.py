@@ -13,7 +13,7 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.film import FilmImage
 from warehouse_sim.sensors.pixel_rays import pixel_tangents
-from warehouse_sim.sensors.rgbd.depth.model import Depth, DepthModel
+from warehouse_sim.sensors.rgbd.depth.model import Depth, LitDepth
 from warehouse_sim.sensors.rgbd.depth.multipath import added, gathered, multipath_bias, read_off, scattered
 from warehouse_sim.sensors.rgbd.depth.noise import (
     gaussian_noise,
@@ -36,7 +36,7 @@ _NEAREST = np.float32(1e-6)
 
 @dataclass(frozen=True)
 @ranged
-class TimeOfFlight(DepthModel):
+class TimeOfFlight(LitDepth):
     """Noise by range, angle and reflectance; flying pixels at edges; longer ranges in corners.
 
     The noise is that of Cai et al. 2024, "Noise analysis and modeling of the PMD Flexx2 depth camera for robotic
@@ -98,8 +98,6 @@ class TimeOfFlight(DepthModel):
     """How much farther a return seems that is gloss alone (m), -1 to 1: highlights drive pixels out of their range."""
     reflections: Fraction = 0.0
     """Fraction of the light by way of smooth surfaces, such as wet floors, that is followed, 0-1."""
-    film: bool = True
-    """Whether stretch film sends light back and takes some away, or is not there at all."""
     film_glare: ClassVar[float] = 8.0
     """Most light that wrinkles of film may mirror back, relative to white plaster at the same place:
     more drives pixels out of their range. No source."""
@@ -113,11 +111,6 @@ class TimeOfFlight(DepthModel):
     def needs_reflections(self) -> bool:
         """Whether ``Surfaces.reflected`` must be filled."""
         return self.reflections > 0
-
-    @property
-    def sees_film(self) -> bool:
-        """Whether ``Capture.film`` is looked at."""
-        return self.film
 
     def measure(self, buffers: RenderBuffers, capture: Capture, rng: np.random.Generator) -> Depth:
         """Return the depth that is read (m), 0 = none."""

@@ -1,14 +1,16 @@
-from dataclasses import replace
-
 import cv2
 import numpy as np
 import pytest
 import torch
 
 from tests.estimators.pose.densefusion.made_crops import made_set
+from warehouse_sim.estimators.pose.densefusion.crops import augment
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
+    LEAST_POINTS,
+    MASK_ERRORS,
     NOISE_WIDTH,
     Labelled,
+    MaskErrors,
     disturb_colour,
     disturbed_masks,
     hide_points,
@@ -17,7 +19,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.augment import (
 )
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.crops.surround import OUTLINE_SIDE
-from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, MaskNoiseConfig
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
 
 
 def made_table(count: int, side_px: int | None = None) -> CropTable:
@@ -34,18 +36,18 @@ def hidden(config: AugmentConfig, crops) -> torch.Tensor:
     return hide_points(crops.points, crops.border_px, present_of(crops), noise.hide, config)
 
 
-def test_hiding_only_removes_and_leaves_enough() -> None:
+def test_hiding_only_removes_and_leaves_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(augment, "_HIDE_FRACTION", 0.9)
     crops = made_table(32)
-    config = AugmentConfig(hide_probability=1.0, hide_fraction=0.9, min_points=40)
-    remaining = hidden(config, crops)
+    remaining = hidden(AugmentConfig(hide_probability=1.0), crops)
     assert not (remaining & ~present_of(crops)).any()
-    assert remaining.sum(dim=1).min() >= 40
+    assert remaining.sum(dim=1).min() >= LEAST_POINTS
     assert remaining.sum() < 0.8 * present_of(crops).sum()
 
 
 def test_an_occluder_hides_one_side_of_the_image() -> None:
     crops = made_table(16)
-    config = AugmentConfig(hide_probability=1.0, hide_fraction=0.5, erode_px=0)
+    config = AugmentConfig(hide_probability=1.0, erode_px=0)
     remaining = hidden(config, crops)
     image = crops.points[..., :2] / crops.points[..., 2:]
     for row, kept, present in zip(image, remaining, present_of(crops), strict=True):
@@ -77,7 +79,7 @@ def test_colours_change_but_stay_colours() -> None:
 
 
 SIDE = OUTLINE_SIDE
-NEVER = MaskNoiseConfig(fraction=1, grow=0, wander=0, shift=0, hole=0, cut=0, merge=0, box=0)
+NEVER = MaskErrors(grow=0, wander=0, shift=0, hole=0, cut=0, merge=0, box=0)
 GT_MASK = np.zeros((SIDE, SIDE), dtype=np.uint8)
 GT_MASK[25:45, 20:60] = 1
 GT_MASK[25:32, 34:44] = 0
@@ -106,18 +108,19 @@ def whole_window(count: int) -> Labelled:
     )
 
 
-def pictures(config: MaskNoiseConfig, count: int = 64, seed: int = 0) -> np.ndarray:
+def pictures(errors: MaskErrors, count: int = 64, seed: int = 0, fraction: float = 1.0) -> np.ndarray:
     noise = torch.rand(count, NOISE_WIDTH, generator=torch.Generator().manual_seed(seed))
-    return disturbed_masks(whole_window(count), noise, config, 8).view(count, SIDE, SIDE).numpy()
+    return disturbed_masks(whole_window(count), noise, fraction, errors).view(count, SIDE, SIDE).numpy()
 
 
 def test_undisturbed_masks_are_the_true_ones() -> None:
-    for config in (MaskNoiseConfig(), NEVER):
-        np.testing.assert_array_equal(pictures(config, 4), np.tile(GT_MASK.astype(bool), (4, 1, 1)))
+    for errors, fraction in ((MASK_ERRORS, 0.0), (NEVER, 1.0)):
+        found = pictures(errors, 4, fraction=fraction)
+        np.testing.assert_array_equal(found, np.tile(GT_MASK.astype(bool), (4, 1, 1)))
 
 
 def test_grown_masks_are_those_of_a_round_kernel() -> None:
-    found = pictures(replace(NEVER, grow=1.0, max_px=4.0))
+    found = pictures(NEVER._replace(grow=1.0, max_px=4.0))
     radii = set()
     for mask in found:
         sizes = range(-4, 5)
@@ -135,7 +138,7 @@ def test_grown_masks_are_those_of_a_round_kernel() -> None:
 
 
 def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
-    found = pictures(replace(NEVER, shift=1.0, max_px=4.0))
+    found = pictures(NEVER._replace(shift=1.0, max_px=4.0))
     places = [np.argwhere(mask).mean(axis=0) - np.argwhere(GT_MASK).mean(axis=0) for mask in found]
     assert np.ptp(places, axis=0).min() > 5.0
     assert np.abs(places).max() < 4.6
@@ -147,15 +150,15 @@ def test_a_shifted_mask_is_the_true_one_elsewhere() -> None:
 
 def test_wandering_outlines_stay_near_and_differ_along_the_outline() -> None:
     distance = whole_window(1).signed_px.view(SIDE, SIDE).numpy()
-    for mask in pictures(replace(NEVER, wander=1.0, max_px=4.0)):
+    for mask in pictures(NEVER._replace(wander=1.0, max_px=4.0)):
         assert np.abs(distance[mask ^ GT_MASK.astype(bool)]).max(initial=0) <= 4.5
-    changed = pictures(replace(NEVER, wander=1.0, max_px=4.0)) ^ GT_MASK.astype(bool)
+    changed = pictures(NEVER._replace(wander=1.0, max_px=4.0)) ^ GT_MASK.astype(bool)
     assert (changed & (distance > 0)).any(axis=(1, 2)).mean() > 0.6
     assert (changed & (distance < 0)).any(axis=(1, 2)).mean() > 0.6
 
 
 def test_merged_masks_hold_the_neighbour_in_half_of_the_samples() -> None:
-    found = pictures(replace(NEVER, merge=1.0))
+    found = pictures(NEVER._replace(merge=1.0))
     held = found[:, NEIGHBOUR.astype(bool)]
     assert set(held.mean(axis=1)) == {0.0, 1.0}
     assert 0.3 < held.all(axis=1).mean() < 0.7
@@ -164,7 +167,7 @@ def test_merged_masks_hold_the_neighbour_in_half_of_the_samples() -> None:
 
 @pytest.mark.parametrize("what", ["hole", "cut"])
 def test_what_is_taken_away_leaves_a_part(what: str) -> None:
-    found = pictures(replace(NEVER, **{what: 1.0}))
+    found = pictures(NEVER._replace(**{what: 1.0}))
     assert not (found & ~GT_MASK.astype(bool)).any()
     fraction = found.sum(axis=(1, 2)) / GT_MASK.sum()
     assert fraction.min() > 0.3
@@ -173,7 +176,7 @@ def test_what_is_taken_away_leaves_a_part(what: str) -> None:
 
 
 def test_boxes_are_about_the_objects_and_hold_its_gaps() -> None:
-    for mask in pictures(replace(NEVER, box=1.0, box_error=0.08)):
+    for mask in pictures(NEVER._replace(box=1.0, box_error=0.08)):
         rows, columns = np.nonzero(mask)
         assert mask.sum() == np.ptp(rows) * np.ptp(columns) + np.ptp(rows) + np.ptp(columns) + 1
         corners = np.array([columns.min(), rows.min(), columns.max(), rows.max()])
@@ -183,5 +186,5 @@ def test_boxes_are_about_the_objects_and_hold_its_gaps() -> None:
 def test_too_little_left_gives_the_true_mask() -> None:
     noise = torch.zeros(1, NOISE_WIDTH)
     # Eroded as far as 20 px: nothing would remain.
-    found = disturbed_masks(whole_window(1), noise, replace(NEVER, grow=1.0, max_px=20.0), 8)
+    found = disturbed_masks(whole_window(1), noise, 1.0, NEVER._replace(grow=1.0, max_px=20.0))
     np.testing.assert_array_equal(found.view(SIDE, SIDE), GT_MASK.astype(bool))

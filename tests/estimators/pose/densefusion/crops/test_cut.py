@@ -62,7 +62,7 @@ def test_border_distance_counts_rings_from_the_edge_of_the_mask() -> None:
 def test_large_targets_are_thinned_and_small_ones_left_out() -> None:
     depth = np.full((CAMERA.height, CAMERA.width), 2.0, dtype=np.float32)
     assert len(cut(block_mask(0, 0, 99, 79), depth, CropConfig(stored_points=128)).points) == 128
-    assert cut(block_mask(0, 0, 4, 4), depth, CropConfig(min_points=26)) is None
+    assert cut(block_mask(0, 0, CropConfig.min_points - 2, 0), depth, CropConfig()) is None
     assert cut(np.zeros_like(depth, dtype=bool), depth, CropConfig()) is None
 
 

@@ -1,9 +1,7 @@
 import numpy as np
-import pytest
 
 from tests.dataset.toy import CAMERA
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.pose.densefusion.crops.cut import Crop, CropLabel, cut_mask, image_crops
 from warehouse_sim.estimators.pose.densefusion.crops.surround import OUTLINE_SIDE
 from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
@@ -93,8 +91,3 @@ def test_crops_of_a_dataset_know_gravity_and_the_ground_truth(toy_root) -> None:
         np.testing.assert_allclose(crop.down, -image.T_world_camera[2, :3])
         u, v = pixels(crop).T
         np.testing.assert_array_equal(crop.around.belongs, reader.mask_visible(image, crop.position)[v, u])
-
-
-def test_a_share_without_a_width_is_rejected() -> None:
-    with pytest.raises(ConfigError, match="surround_px"):
-        CropConfig(surround_fraction=0.1)

@@ -200,7 +200,7 @@ def test_paper_changes_what_it_says() -> None:
     kinds = [{type(module).__name__ for module in network.images.modules()} for network in (ours, theirs)]
     assert "BatchNorm2d" in kinds[0]
     assert "BatchNorm2d" not in kinds[1]
-    assert (theirs.config.points.pooling, theirs.config.refiner.pooling) == ("average", "average")
+    assert (theirs.config.points.pooling, theirs.refiner.branch.pooling) == ("average", "average")
     assert (len(theirs.heads.trunks), len(theirs.refiner.trunks)) == (3, 2)
     assert theirs.config.heads.training_points is None
     assert theirs.heads.trunks[0].from_class is theirs.refiner.trunks[0].from_class is None

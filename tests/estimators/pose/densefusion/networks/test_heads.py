@@ -1,6 +1,8 @@
+import pytest
 import torch
 
 from tests.estimators.pose.densefusion.networks.made_inputs import made_gt, made_shapes
+from warehouse_sim.estimators.pose.densefusion.networks import heads
 from warehouse_sim.estimators.pose.densefusion.networks.heads import HeadConfig, PoseHeads, SplitTrunk
 from warehouse_sim.estimators.pose.densefusion.networks.interface import Hypotheses, Proposal
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
@@ -50,11 +52,12 @@ def test_most_confident_is_each_objects_own() -> None:
     assert torch.equal(found, torch.stack([translation[0, 1], translation[1, 0]]))
 
 
-def test_nearest_point_loss_looks_at_its_share_of_the_hypotheses() -> None:
+def test_nearest_point_loss_looks_at_its_share_of_the_hypotheses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heads, "_SURFACE_HYPOTHESES", 5)
     torch.manual_seed(0)
     found = Hypotheses(torch.randn(2, 8, 4), torch.randn(2, 8, 3), torch.randn(2, 8))
     changed = Hypotheses(*(torch.cat([value[:, :5], value[:, 5:] + 1.0], dim=1) for value in found))
-    config = LossConfig(symmetry="nearest", nearest_hypotheses=5)
+    config = LossConfig(symmetry="nearest")
     gt, shapes = made_gt(), made_shapes()
     a, b = (PoseHeads.loss(Proposal(values), gt, shapes, config) for values in (found, changed))
     assert torch.equal(a, b)

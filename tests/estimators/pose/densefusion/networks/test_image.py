@@ -48,10 +48,9 @@ def test_wrong_side_is_rejected() -> None:
         ImageConfig(side_px=50)
 
 
-@pytest.mark.parametrize("kind", ["self", "cross"])
-def test_every_point_hears_every_other(kind: str) -> None:
+def test_every_point_hears_every_other() -> None:
     torch.manual_seed(0)
-    fusion = AttentionFusion(AttentionConfig(16, heads=2, kind=kind), (6, 6)).eval()
+    fusion = AttentionFusion(AttentionConfig(16, heads=2), (6, 6)).eval()
     colour, depth, points = torch.randn(2, 9, 6), torch.randn(2, 9, 6), torch.randn(2, 9, 3)
     with torch.inference_mode():
         before = fusion([colour, depth], points)
@@ -75,5 +74,3 @@ def test_position_matters() -> None:
 def test_impossible_sizes_are_rejected() -> None:
     with pytest.raises(ConfigError, match="multiple of heads"):
         AttentionConfig(30, heads=4)
-    with pytest.raises(ValueError, match="joins two images, found 1"):
-        AttentionFusion(AttentionConfig(kind="cross"), (32,))

@@ -6,14 +6,13 @@ import torch
 from tests.estimators.pose.densefusion.networks.made_inputs import BATCH, CLASSES, made_gt, made_input, made_shapes
 from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion
-from warehouse_sim.estimators.pose.densefusion.networks.heads import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.estimators.registries import ESTIMATORS
 
 
 def with_model(name: str) -> tuple[DenseFusion, object]:
     torch.manual_seed(0)
-    config = replace(ESTIMATORS.get(name).network("nano"), inliers=InlierConfig(), upright=True)
+    config = replace(ESTIMATORS.get(name).network("nano"), inliers=True, upright=True)
     inputs = made_input(config)
     inside = (torch.rand(BATCH, config.points.count) < 0.7).float()
     return DenseFusion(config, CLASSES), inputs._replace(inside=inside, level=torch.tensor([1.0, 0.0]))

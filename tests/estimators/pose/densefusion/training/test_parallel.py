@@ -24,7 +24,7 @@ from warehouse_sim.learning.parallel import Worker, start_workers
 from warehouse_sim.learning.run_folder import write_weights
 
 CONFIG = TrainConfig(
-    max_minutes=None, max_steps=4, batch=4, validations=2, precision="32", warmup_steps=2, threads=1, refiner_start=0.5
+    max_minutes=None, max_steps=4, batch=4, validations=2, precision="32", threads=1, refiner_start=0.5
 )
 NAME = "densefusion-pointcloud"
 

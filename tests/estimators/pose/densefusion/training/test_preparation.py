@@ -104,15 +104,15 @@ def test_plain_changes_nothing() -> None:
 
 
 def test_robust_fills_in_what_is_not_given() -> None:
-    given = TrainConfig(seed=3, augment=AugmentConfig(yaw=0.4, masks=MaskNoiseConfig(max_px=2.0)))
+    given = TrainConfig(seed=3, augment=AugmentConfig(yaw=0.4, masks=MaskNoiseConfig(fraction=0.5)))
     found = with_preset(given, "robust")
     assert found.surroundings
     assert found.upright
-    assert (found.seed, found.augment.yaw, found.augment.masks.max_px) == (3, 0.4, 2.0)
+    assert (found.seed, found.augment.yaw, found.augment.masks.fraction) == (3, 0.4, 0.5)
     assert found.augment.masks.fraction > 0
     assert found.augment.gravity_error_deg == 0.3
     network = network_of(METHOD, found)
-    assert network.inliers is not None
+    assert network.inliers
     assert network.upright
     assert crop_of(network).has_surroundings
 

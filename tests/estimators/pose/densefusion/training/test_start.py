@@ -20,8 +20,9 @@ from warehouse_sim.estimators.pose.densefusion.training.preparation import (
 )
 from warehouse_sim.estimators.registries import ESTIMATORS, trained_names
 from warehouse_sim.estimators.train import train
-from warehouse_sim.geometry.pose import SymmetryGroup, matrix_from_quat_wxyz, rotation_angle, rotation_x, rotation_z
-from warehouse_sim.learning.run_folder import DatasetSource, write_weights
+from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, rotation_angle, rotation_x, rotation_z
+from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.learning.run_folder import Source, write_weights
 
 C2 = SymmetryGroup.turns("z", 2).transforms[:, :3, :3]
 
@@ -69,7 +70,7 @@ def network(method: str, classes: int, seed: int) -> DenseFusion:
 def run_of(method: str, folder: Path) -> tuple[Path, DenseFusion]:
     folder.mkdir()
     source = network(method, 3, 1)
-    datasets = (DatasetSource("data", "0" * 64),)
+    datasets = (Source("data", "0" * 64),)
     made = {"objects": shapes(*NAMES), "network": source.config, "crop": CropConfig(), "train": TrainConfig()}
     PoseRun(estimator=method, version="1", datasets=datasets, **made).write(folder)
     write_weights(folder, source)

@@ -30,9 +30,7 @@ from warehouse_sim.schema import Observation
 
 NAME = "densefusion-pointcloud"
 STREAM = StreamConfig(recipe="toy", seed=99, window=4, fresh=1.5)
-CONFIG = TrainConfig(
-    max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", warmup_steps=2, threads=1, stream=STREAM
-)
+CONFIG = TrainConfig(max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", threads=1, stream=STREAM)
 
 
 def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:

@@ -54,7 +54,7 @@ def test_apart_leaves_the_rest_as_it_is_from_where_the_refiner_begins(toy_root: 
 
 
 def test_each_phase_has_a_cosine_of_its_own() -> None:
-    config = TrainConfig(phase="apart", refiner_start=0.75, refiner_rate=0.3)
+    config = TrainConfig(phase="apart", refiner_start=0.75)
     late = 10_000  # steps: no warming up
     found = [rate_factor(config, fraction, late) for fraction in (0.0, 0.375, 0.75 - 1e-9, 0.75, 0.875, 1.0)]
     assert found == pytest.approx([1.0, 0.505, 0.01, 0.3, 0.3 * 0.505, 0.003], abs=1e-6)

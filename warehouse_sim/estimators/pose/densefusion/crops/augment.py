@@ -13,7 +13,14 @@ from jaxtyping import Bool, Float, UInt8
 from torch import Tensor
 
 from warehouse_sim.estimators.pose.densefusion.networks.rotations import matrix_from_vector
-from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, MaskNoiseConfig
+from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig
+
+LEAST_POINTS = 24
+"""A sample is never left with fewer of its points."""
+_HIDE_FRACTION = 0.4
+"""Largest hidden fraction of the extent in the image."""
+_LEAN = math.radians(2.5)
+"""Standard deviation of how far what leans against gravity does, about each horizontal axis (rad)."""
 
 
 class Noise(NamedTuple):
@@ -76,10 +83,10 @@ def random_turns(
     """
     turns = noise * torch.tensor([config.tilt, config.yaw, config.tilt], device=noise.device)
     if upright is not None:
-        error, lean = math.radians(config.gravity_error_deg), math.radians(config.lean_deg)
+        error = math.radians(config.gravity_error_deg)
         slight = noise * torch.tensor([error, config.yaw, error], device=noise.device)
         if leaning is not None:
-            much = noise * torch.tensor([lean, config.yaw, lean], device=noise.device)
+            much = noise * torch.tensor([_LEAN, config.yaw, _LEAN], device=noise.device)
             slight = torch.where(leaning[:, None], much, slight)
         turns = torch.where(upright[:, None], slight, turns)
     return matrix_from_vector(turns)
@@ -102,15 +109,15 @@ def hide_points(
         config: How much is hidden.
     """
     taken_px = (noise[:, :1] * (config.erode_px + 1)).to(torch.uint8)
-    present = _unless_too_few(present & (border_px > taken_px), present, config.min_points)
+    present = _unless_too_few(present & (border_px > taken_px), present)
     angle = noise[:, 1:2] * 2.0 * torch.pi
     # A straight edge across the image: the side of it that lies first in a random direction is hidden.
     along = (points[..., 0] * angle.cos() + points[..., 1] * angle.sin()) / points[..., 2].clamp(min=1e-3)
     low = along.masked_fill(~present, torch.inf).amin(dim=1, keepdim=True)
     high = along.masked_fill(~present, -torch.inf).amax(dim=1, keepdim=True)
-    fraction = noise[:, 2:3] * config.hide_fraction
+    fraction = noise[:, 2:3] * _HIDE_FRACTION
     edge = torch.where(noise[:, 3:] < config.hide_probability, low + (high - low) * fraction, -torch.inf)
-    return _unless_too_few(present & (along > edge), present, config.min_points)
+    return _unless_too_few(present & (along > edge), present)
 
 
 def disturb_colour(
@@ -129,8 +136,8 @@ def disturb_colour(
     return changed.view(rgb.shape)
 
 
-def _unless_too_few(fewer: Bool[Tensor, "b p"], before: Bool[Tensor, "b p"], least: int) -> Bool[Tensor, "b p"]:
-    enough = fewer.sum(dim=1, keepdim=True) >= least
+def _unless_too_few(fewer: Bool[Tensor, "b p"], before: Bool[Tensor, "b p"]) -> Bool[Tensor, "b p"]:
+    enough = fewer.sum(dim=1, keepdim=True) >= LEAST_POINTS
     return torch.where(enough, fewer, before)
 
 
@@ -161,42 +168,59 @@ class Labelled(NamedTuple):
     present: Bool[Tensor, "b n"]
 
 
+class MaskErrors(NamedTuple):
+    """What is wrong with disturbed masks; several of these may meet."""
+
+    grow: float = 0.5
+    """Fraction of the disturbed masks that are eroded or dilated by up to ``max_px``."""
+    wander: float = 0.35
+    """Fraction whose outline goes to and fro by up to ``max_px``, in waves."""
+    shift: float = 0.25
+    """Fraction that is shifted by up to ``max_px`` along each axis."""
+    hole: float = 0.15
+    """Fraction with a rectangular hole."""
+    cut: float = 0.15
+    """Fraction of which a side is missing, up to half."""
+    merge: float = 0.3
+    """Fraction that holds what lies in the crop of other targets, each with even odds."""
+    box: float = 0.2
+    """Fraction that is the box of the mask, each side moved by up to ``box_error``."""
+    max_px: float = 4.0
+    """How far an outline is off at most."""
+    box_error: float = 0.08
+    """How far sides of a box are off at most, as a fraction of its longer side."""
+
+
+MASK_ERRORS = MaskErrors()
+
+
 def disturbed_masks(
-    known: Labelled, noise: Float[Tensor, "b k"], config: MaskNoiseConfig, least: int
+    known: Labelled, noise: Float[Tensor, "b k"], fraction: float, errors: MaskErrors = MASK_ERRORS
 ) -> Bool[Tensor, "b n"]:
-    """Return which points a disturbed mask holds.
+    """Return which points a disturbed mask holds; one that would hold fewer than ``LEAST_POINTS`` stays the true one.
 
     Args:
         known: The points.
         noise: Uniform random numbers, 0-1.
-        config: How often and how much.
-        least: A mask that would hold fewer points stays the true one.
+        fraction: How many of the masks are disturbed, 0-1.
+        errors: What is wrong with these.
     """
     gt_mask = (known.signed_px > 0) & known.present
     part = dict(zip(_COLUMNS, noise.split(tuple(_COLUMNS.values()), dim=1), strict=True))
-    odds = [
-        config.fraction,
-        config.grow,
-        config.wander,
-        config.shift,
-        config.hole,
-        config.cut,
-        config.merge,
-        config.box,
-    ]
+    odds = [fraction, *errors[:7]]
     does = part["whether"] < torch.tensor(odds, device=noise.device)
     disturbed, grow, wander, shift, hole, cut, merge, box = (item[:, None] for item in does.unbind(dim=1))
     # Between a pixel inside and one outside lies the outline, half a pixel from both.
     distance = known.signed_px - 0.5 * known.signed_px.sign()
-    distance = distance + grow * (2.0 * part["grow"] - 1.0) * (config.max_px + 0.5)
-    distance = distance + wander * _waves(known, part["wander"], config.max_px)
-    distance = distance + shift * _shifted(known, (2.0 * part["shift"] - 1.0) * config.max_px)
+    distance = distance + grow * (2.0 * part["grow"] - 1.0) * (errors.max_px + 0.5)
+    distance = distance + wander * _waves(known, part["wander"], errors.max_px)
+    distance = distance + shift * _shifted(known, (2.0 * part["shift"] - 1.0) * errors.max_px)
     mask = distance > 0
     mask = mask | (merge & _neighbours(known, part["merge"]))
-    mask = torch.where(box, _box(known, part["box"], config.box_error), mask)
+    mask = torch.where(box, _box(known, part["box"], errors.box_error), mask)
     mask = mask & ~(hole & _hole(known, part["hole"])) & ~(cut & _cut_off(known, part["cut"]))
     mask = mask & known.present
-    keeps = disturbed & (mask.sum(dim=1, keepdim=True) >= least)
+    keeps = disturbed & (mask.sum(dim=1, keepdim=True) >= LEAST_POINTS)
     return torch.where(keeps, mask, gt_mask)
 
 

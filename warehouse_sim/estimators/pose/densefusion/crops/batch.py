@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from warehouse_sim.estimators.pose.densefusion.crops.augment import (
+    LEAST_POINTS,
     NOISE_WIDTH,
     Noise,
     disturb_colour,
@@ -173,7 +174,7 @@ def _choose_points(
     present = remaining.sum(dim=1, keepdim=True)
     # Dropout at random only matters to a sample that is left with fewer points than it needs.
     kept = (present * (1.0 - dropped * augment.drop_fraction)).long()
-    kept = kept.clamp(min=augment.min_points).minimum(present)
+    kept = kept.clamp(min=LEAST_POINTS).minimum(present)
     wanted = ((start * present).long() + steps % kept) % present
     places, first = remaining.nonzero()[:, 1], present.cumsum(dim=0) - present
     return places[first + wanted]

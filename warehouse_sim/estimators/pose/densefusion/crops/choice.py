@@ -6,7 +6,13 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from warehouse_sim.estimators.pose.densefusion.crops.augment import Labelled, Noise, disturbed_masks, hide_points
+from warehouse_sim.estimators.pose.densefusion.crops.augment import (
+    LEAST_POINTS,
+    Labelled,
+    Noise,
+    disturbed_masks,
+    hide_points,
+)
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropTable
 from warehouse_sim.estimators.pose.densefusion.settings import AugmentConfig, CropConfig
 
@@ -201,9 +207,9 @@ def choose_with_surroundings(
             points, torch.full_like(known.present, _NEVER_ERODED, dtype=torch.uint8), known.present, noise.hide, augment
         )
         # Nothing is hidden that leaves too little of the object itself.
-        enough = (shown & known.belongs).sum(dim=1, keepdim=True) >= augment.min_points
+        enough = (shown & known.belongs).sum(dim=1, keepdim=True) >= LEAST_POINTS
         known = known._replace(present=torch.where(enough, shown, known.present))
-        inside = disturbed_masks(known, noise.mask, augment.masks, augment.min_points)
+        inside = disturbed_masks(known, noise.mask, augment.masks.fraction)
     else:
         inside = (known.signed_px > 0) & known.present
     inside = torch.where(inside.any(dim=1, keepdim=True), inside, known.present)
@@ -259,7 +265,7 @@ def _mixed(
     number = inside.sum(dim=1, keepdim=True)
     if noise is not None and augment is not None:
         kept = (number * (1.0 - noise.choice[:, 1:] * augment.drop_fraction)).long()
-        number = kept.clamp(min=augment.min_points).minimum(number)
+        number = kept.clamp(min=LEAST_POINTS).minimum(number)
     others = around.sum(dim=1, keepdim=True)
     step = torch.arange(count, device=inside.device)[None]
     is_other = ((step % _AROUND_EVERY) == _AROUND_EVERY - 1) & (others > 0)

@@ -11,7 +11,6 @@ from warehouse_sim.estimators.pose.densefusion.losses import inlier_loss
 from warehouse_sim.estimators.pose.densefusion.networks.heads import (
     CoordinateHeads,
     HeadConfig,
-    InlierConfig,
     InlierHead,
     PoseHeads,
 )
@@ -30,6 +29,9 @@ from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, LossC
 from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import ranged
 
+_INLIER_WEIGHT = 0.1
+"""Of telling the object's points from others, in the loss."""
+
 
 @dataclass(frozen=True)
 @ranged
@@ -46,8 +48,8 @@ class DenseFusionConfig:
     """The image branches; none for networks that read the cloud alone."""
     fusion: AttentionConfig | None = None
     """How several images are fused at the points; without it their embeddings are joined channel-wise."""
-    inliers: InlierConfig | None = None
-    """How points around the mask differ from the object's; without it all points are taken for the object's."""
+    inliers: bool = False
+    """Whether it distinguishes points around the mask from the object's; else all points count as the object's."""
     upright: bool = False
     """Whether clouds stand upright where gravity is known, and an input says where they do."""
 
@@ -75,7 +77,7 @@ class DenseFusionConfig:
     @property
     def remarks(self) -> int:
         """Channels beside the coordinates of each point: whether the mask holds it, whether gravity is known."""
-        return int(self.inliers is not None) + int(self.upright)
+        return int(self.inliers) + int(self.upright)
 
 
 class DenseFusion(nn.Module):
@@ -102,9 +104,7 @@ class DenseFusion(nn.Module):
         self.fusion = AttentionFusion(config.fusion, sizes) if config.fusion else None
         channels = config.fusion.embedding if config.fusion else sum(sizes)
         self.points = PointBranch(config.points, channels, config.remarks)
-        self.inliers = (
-            InlierHead(config.inliers, self.points.second_channels, classes) if config.inliers is not None else None
-        )
+        self.inliers = InlierHead(self.points.second_channels, classes) if config.inliers else None
         kinds: dict[str, type[PoseHeads | CoordinateHeads]] = {"poses": PoseHeads, "coordinates": CoordinateHeads}
         build_heads = kinds[config.heads.predicts]
         self.heads = build_heads(config.heads, self.points.local_channels, self.points.global_channels, classes)
@@ -145,7 +145,7 @@ class DenseFusion(nn.Module):
     def _remarked(self, inputs: NetworkInput) -> Float[Tensor, "b n c"]:
         """Return the points with what else is known of them."""
         parts = [inputs.points]
-        if self.config.inliers is not None:
+        if self.config.inliers:
             if inputs.inside is None:
                 raise ValueError("this network reads what is around masks, but the input says of no point if it is in")
             parts.append(inputs.inside[..., None])
@@ -167,7 +167,7 @@ class DenseFusion(nn.Module):
         assert gt.belongs is not None
         plain = proposal._replace(hypotheses=proposal.hypotheses._replace(logit=inliers.pose_logit))
         told_apart = inlier_loss(inliers.logit, gt.belongs)
-        return self.heads.loss(plain, gt, shapes, config) + config.inlier_weight * told_apart
+        return self.heads.loss(plain, gt, shapes, config) + _INLIER_WEIGHT * told_apart
 
     def refine(
         self,

@@ -21,6 +21,11 @@ from warehouse_sim.estimators.pose.densefusion.objects import ShapeTensors
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig
 from warehouse_sim.ranges import Range, ranged
 
+_SURFACE_HYPOTHESES = 16
+"""Hypotheses of an object that losses over surface points look at, nearest and chamfer."""
+_COORDINATE_WEIGHT = 0.01
+"""Of the object coordinates against the pose that is fitted to them."""
+
 
 class PerClassLinear(nn.Module):
     """A linear layer with weights of its own for each class: each object is multiplied with its class's only.
@@ -157,23 +162,12 @@ class PoseHeads(nn.Module):
         found, belongs = proposal.hypotheses, gt.belongs
         if config.reads_surface:
             # Points are in random order: the first few are a fair sample of them.
-            found = Hypotheses(*(values[:, : config.nearest_hypotheses] for values in found))
+            found = Hypotheses(*(values[:, :_SURFACE_HYPOTHESES] for values in found))
         if belongs is not None:
             belongs = belongs[:, : found.logit.shape[1]]
         rotation = matrix_from_quat_wxyz(found.quat_wxyz)
         distance = loss_distance(rotation, found.translation, gt, shapes, config)
         return confidence_loss(distance, found.logit, config.confidence_weight, belongs)
-
-
-@dataclass(frozen=True)
-@ranged
-class InlierConfig:
-    """Sizes of the head that tells the object's points from others."""
-
-    summary: Annotated[int, Range(1, 8192)] = 64
-    """Channels of what is summed up over the points, 1-8,192."""
-    widths: Annotated[tuple[int, ...], Range(1, 8192)] = (64, 32)
-    """Channels of the hidden layers, 1-8,192."""
 
 
 class InlierHead(nn.Module):
@@ -183,16 +177,18 @@ class InlierHead(nn.Module):
     is around it, is what a point is compared with.
 
     Args:
-        config: Sizes.
         channels: Channels of the points' features.
         classes: Number of CAD geometries that the network knows.
     """
 
-    def __init__(self, config: InlierConfig, channels: int, classes: int) -> None:
+    _SUMMARY, _WIDTHS = 64, (64, 32)
+    """Channels of what is summed up over the points, and of the hidden layers."""
+
+    def __init__(self, channels: int, classes: int) -> None:
         super().__init__()
-        self.summary = point_layers(channels, config.summary)
-        self.trunk = SplitTrunk(channels, 3 * config.summary, config.widths, classes)
-        self.output = nn.Linear(config.widths[-1], 1)
+        self.summary = point_layers(channels, self._SUMMARY)
+        self.trunk = SplitTrunk(channels, 3 * self._SUMMARY, self._WIDTHS, classes)
+        self.output = nn.Linear(self._WIDTHS[-1], 1)
 
     def forward(
         self, features: Float[Tensor, "b n c"], inside: Float[Tensor, "b n"], class_index: Int[Tensor, " b"]
@@ -291,4 +287,4 @@ class CoordinateHeads(nn.Module):
         )
         # The pose is trained whatever its confidence, there being only one.
         trust = confidence_loss(distance.detach(), found.logit, config.confidence_weight)
-        return distance.mean() + config.coordinate_weight * likelihood + trust
+        return distance.mean() + _COORDINATE_WEIGHT * likelihood + trust

@@ -260,8 +260,6 @@ class AttentionConfig:
     """Channels E of the tokens and of the result, a multiple of ``heads``, 1-8,192."""
     heads: Annotated[int, Range(1, 128)] = 4
     """Attention heads, 1-128."""
-    kind: Literal["self", "cross"] = "self"
-    """self: tokens of all images at once. cross: the first image asks, the second answers."""
 
     def __post_init__(self) -> None:
         if self.embedding % self.heads:
@@ -282,14 +280,11 @@ class AttentionFusion(nn.Module):
 
     def __init__(self, config: AttentionConfig, channels: tuple[int, ...]) -> None:
         super().__init__()
-        width, self.heads, self.kind = config.embedding, config.heads, config.kind
-        if config.kind == "cross" and len(channels) != 2:
-            raise ValueError(f"cross-attention joins two images, found {len(channels)}")
-        # One set of tokens of all images, or one set of each.
-        sizes = channels if config.kind == "cross" else (sum(channels),)
-        self.tokens = nn.ModuleList(nn.Linear(size, width) for size in sizes)
+        width, self.heads = config.embedding, config.heads
+        # Stored weights have a number in their name: there is one set of tokens, of all images.
+        self.tokens = nn.ModuleList([nn.Linear(sum(channels), width)])
         self.position = nn.Linear(3, width, bias=False)
-        self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in sizes)
+        self.norms = nn.ModuleList([nn.LayerNorm(width)])
         self.query = nn.Linear(width, width)
         self.key_value = nn.Linear(width, 2 * width)
         self.attended = nn.Linear(width, width)
@@ -307,15 +302,12 @@ class AttentionFusion(nn.Module):
             embeddings: Of each image, at the points.
             points: Cloud in normalised units.
         """
-        sets = embeddings if self.kind == "cross" else [torch.cat(embeddings, dim=-1)]
-        where = self.position(points)
-        tokens = [layer(values) + where for layer, values in zip(self.tokens, sets, strict=True)]
-        normed = [norm(values) for norm, values in zip(self.norms, tokens, strict=True)]
-        x = tokens[0] + self._attend(normed[0], normed[-1])
+        tokens = self.tokens[0](torch.cat(embeddings, dim=-1)) + self.position(points)
+        x = tokens + self._attend(self.norms[0](tokens))
         return x + self.forward_layers(self.forward_norm(x))
 
-    def _attend(self, asking: Float[Tensor, "b n e"], answering: Float[Tensor, "b n e"]) -> Float[Tensor, "b n e"]:
-        key, value = self.key_value(answering).chunk(2, dim=-1)
+    def _attend(self, tokens: Float[Tensor, "b n e"]) -> Float[Tensor, "b n e"]:
+        key, value = self.key_value(tokens).chunk(2, dim=-1)
         # (b,n,e) -> (b,heads,n,e/heads)
-        parts = [x.unflatten(-1, (self.heads, -1)).transpose(1, 2) for x in (self.query(asking), key, value)]
+        parts = [x.unflatten(-1, (self.heads, -1)).transpose(1, 2) for x in (self.query(tokens), key, value)]
         return self.attended(scaled_dot_product_attention(*parts).transpose(1, 2).flatten(2))

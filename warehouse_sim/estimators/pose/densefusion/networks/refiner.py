@@ -1,7 +1,7 @@
 """The refiner: looks at the cloud in the frame of the current estimate and proposes a small correction."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import torch
 from jaxtyping import Float, Int
@@ -23,15 +23,9 @@ class RefinerConfig:
     """Channels of the two layers before pooling, 1-8,192."""
     widths: Annotated[tuple[int, int], Range(1, 8192)] = (256, 128)
     """Channels of the hidden layers after pooling, 1-8,192."""
-    pooling: Literal["average", "average+max"] = "average+max"
-    """How points are summed up; the original averages."""
-    shared: bool = True
-    """The same hidden layers for rotation and translation; the original has them apart."""
-    class_bias: bool = True
-    """Whether the hidden layers know the object's class, not only the last; not in the original."""
-    both_layers: bool = False
-    """Whether the features of both per-point layers are pooled, 384 channels at full width, as in the original; else
-    those of the second."""
+    paper: bool = False
+    """As the original: both per-point layers are pooled, 384 channels at full width, by their average alone; hidden
+    layers of their own for rotation and translation, which do not know the object's class."""
 
 
 class _Trunk(nn.Module):
@@ -61,10 +55,12 @@ class Refiner(nn.Module):
 
     def __init__(self, config: RefinerConfig, embedding_channels: int, classes: int) -> None:
         super().__init__()
-        points = PointConfig(local=config.local, pooled=config.pooled, pooling=config.pooling)
-        self.branch = PointBranch(points, embedding_channels, both_layers=config.both_layers)
-        known = classes if config.class_bias else 0
-        sizes = (sum(self._OUTPUTS),) if config.shared else self._OUTPUTS
+        points = PointConfig(
+            local=config.local, pooled=config.pooled, pooling="average" if config.paper else "average+max"
+        )
+        self.branch = PointBranch(points, embedding_channels, both_layers=config.paper)
+        known = 0 if config.paper else classes
+        sizes = self._OUTPUTS if config.paper else (sum(self._OUTPUTS),)
         self.trunks = nn.ModuleList(_Trunk(self.branch.global_channels, config.widths, known) for _ in sizes)
         self.outputs = nn.ModuleList(PerClassLinear(config.widths[-1], size, classes) for size in sizes)
         # The first correction is none: an untrained refiner leaves the estimate as it is.

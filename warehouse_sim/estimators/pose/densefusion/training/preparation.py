@@ -15,22 +15,23 @@ from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.crops.crop_set import CropSet, load_crops, table_of
 from warehouse_sim.estimators.pose.densefusion.methods import Method
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import DenseFusion, DenseFusionConfig, PoseRun
-from warehouse_sim.estimators.pose.densefusion.networks.heads import InlierConfig
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape, measure_shape
 from warehouse_sim.estimators.pose.densefusion.settings import CropConfig, TrainConfig
 from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops
 from warehouse_sim.geometry.pose import matrix_from_quat_wxyz, quat_wxyz_from_matrix
 from warehouse_sim.learning.compute import shapes_only
 from warehouse_sim.learning.job import starting_weights
-from warehouse_sim.learning.run_folder import WEIGHTS, StartingWeights, dataset_sources, package_version
+from warehouse_sim.learning.run_folder import WEIGHTS, Source, dataset_sources, package_version
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.split import reports_reading, require_other_scenes
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.resources import model_dir
 
-_RIM_PX, _RIM_FRACTION = 6, 0.08
-"""About twice what an outline is off, and as much as boxes are off of large objects."""
+_RIM_PX = 6
+"""About twice what an outline is off."""
+_SURFACE_POINTS = 128
+"""Surface points of an object in losses over them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,13 +97,11 @@ def prepare(
         found[split] = [arrays for arrays in reads if arrays is not None]
     known = _known_objects(found, wanted, crop, data, streams)
     rng = np.random.default_rng(config.seed)
-    surface = config.loss.nearest_points if config.loss.reads_surface else 0
+    surface = _SURFACE_POINTS if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
-    if streams and open_stream is None:
-        raise TrainingError(f"nothing here opens the stream of {config.stream.recipe}: give train() one")
     return Prepared(
-        streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams and open_stream else None,
+        streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams else None,
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
         classes=tuple(objects[obj_id].class_name for obj_id in known),
         config=PoseRun(
@@ -126,15 +125,15 @@ def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
     if config.paper and (config.surroundings or config.upright):
         raise TrainingError("the original has neither surroundings nor gravity; leave out --paper or those")
     network = method.network(config.size, config.paper)
-    return replace(network, inliers=InlierConfig() if config.surroundings else None, upright=config.upright)
+    return replace(network, inliers=config.surroundings, upright=config.upright)
 
 
 def crop_of(network: DenseFusionConfig) -> CropConfig:
     """Return how targets are cut out for a network."""
     crop = CropConfig(network.side_px, network.reads_rgb, network.reads_depth)
-    if network.inliers is None:
+    if not network.inliers:
         return crop
-    return replace(crop, surround_px=_RIM_PX, surround_fraction=_RIM_FRACTION, stored_points=2 * crop.stored_points)
+    return replace(crop, surround_px=_RIM_PX, stored_points=2 * crop.stored_points)
 
 
 def common_objects(readers: Sequence[DatasetReader]) -> dict[int, ObjectInfo]:
@@ -242,7 +241,7 @@ _TAKEN_OVER = ("size", "paper", "surroundings", "upright", "augment", "loss")
 
 def start_from(
     name_or_run: str | Path, network: DenseFusion, shapes: Sequence[ObjectShape], all_known: bool = False
-) -> StartingWeights:
+) -> Source:
     """Copy the weights of a bundled estimator or a run into ``network``; objects are matched by name.
 
     What a network keeps for each object is copied where both know the object. Other objects keep what ``network``

@@ -20,7 +20,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.objects import ObjectShape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance, CropConfig
 from warehouse_sim.learning.samples.order import SampleOrder
-from warehouse_sim.learning.samples.stream_window import StreamWindow, seed_since
+from warehouse_sim.learning.samples.stream_window import seed_since, window_of
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.learning.trainable import OpenStream
 from warehouse_sim.schema import Observation
@@ -66,11 +66,11 @@ class StreamedCrops:
     """
 
     def __init__(
-        self, open_stream: OpenStream, config: StreamConfig, crop: CropConfig, shapes: Sequence[ObjectShape]
+        self, open_stream: OpenStream | None, config: StreamConfig, crop: CropConfig, shapes: Sequence[ObjectShape]
     ) -> None:
         self._crop, self._shapes = crop, tuple(shapes)
         self._device = torch.device("cpu")
-        self._window = StreamWindow(lambda start: open_stream(config, start), self._cut, config.window, config.fresh)
+        self._window = window_of(open_stream, config, self._cut)
         self._held: dict[int, CropTable] = {}
         self._shown: tuple[int, Int[Tensor, " k"], CropSet] | None = None
 

@@ -34,9 +34,13 @@ from warehouse_sim.learning.clock import learning_rate_factor
 from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.loop import Order, Task
 from warehouse_sim.learning.records import RunLog
-from warehouse_sim.learning.run_folder import RunConfig, StartingWeights
+from warehouse_sim.learning.run_folder import RunConfig, Source
 from warehouse_sim.learning.samples.order import SampleOrder, step_seed
 from warehouse_sim.learning.settings import Progress
+
+_REFINER_RATE = 0.3
+"""Learning rate of a refiner that is trained alone, as a multiple of that of the rest, as in the original; it falls
+along a cosine of its own."""
 
 
 def refiner_begins(config: TrainConfig) -> float:
@@ -62,7 +66,7 @@ def rate_factor(config: TrainConfig, fraction: float, step: int) -> float:
     start = refiner_begins(config)
     if refiner_alone(config, fraction):
         part = (fraction - start) / (1.0 - start) if start < 1.0 else 1.0
-        return config.refiner_rate * learning_rate_factor(part, step, config.warmup_steps)
+        return _REFINER_RATE * learning_rate_factor(part, step, config.warmup_steps)
     return learning_rate_factor(fraction / start, step, config.warmup_steps)
 
 
@@ -215,7 +219,7 @@ class PoseJob(TrainingJob):
         remark = f"train: the stream of {stream.recipe}, seed {stream.seed}" if prepared.streamed else ""
         return Started(task, order, config, {split: len(crops) for split, crops in prepared.crops.items()}, remark)
 
-    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> StartingWeights:
+    def begin_with(self, init: str | Path, started: Started, log: RunLog) -> Source:
         """Copy weights that were trained before; objects are matched by name."""
         assert isinstance(started.config, PoseRun)
         assert isinstance(started.task, PoseTask)

@@ -9,9 +9,9 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import ConfigError, RecipeError
-from warehouse_sim.generation.extends import overlay, read_chain
 from warehouse_sim.generation.occlusion.config import OcclusionConfig
-from warehouse_sim.generation.paired_variants import PairedVariantsConfig, overlaid
+from warehouse_sim.generation.recipe.extends import overlay, read_chain
+from warehouse_sim.generation.recipe.paired_variants import PairedVariantsConfig, overlaid
 from warehouse_sim.physics.settle import SettleConfig
 from warehouse_sim.ranges import Range, degrees_of_radians, ranged
 from warehouse_sim.resources import find_recipe
@@ -113,7 +113,7 @@ def with_own_object(
         low, high = count
         settings["traffic"] = {"objects": _joined(scene.traffic.objects, name), "own": {"min": low, "max": high}}
     loads: dict[str, Any] = {}
-    has_shelves = hasattr(scene.layout, "goods_fraction")
+    has_shelves = scene.layout.has_shelves
     if "shelf" in places and has_shelves:
         settings["layout"] = {"goods_fraction": fraction}
     if "pallet" in places or ("shelf" in places and not has_shelves):

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warehouse_sim.api.labelled_object import LabelledObject
 from warehouse_sim.api.observation import Observation
+from warehouse_sim.api.observation.labelled_object import LabelledObject
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.optional import require_extra
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32, Int32, UInt8, UInt16
 
 from warehouse_sim.api.arguments import checked
-from warehouse_sim.api.labelled_object import LabelledObject, instance_number
+from warehouse_sim.api.observation.labelled_object import LabelledObject, instance_number
 from warehouse_sim.dataset.files.image_io import encode_rgb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord

@@ -8,8 +8,8 @@ import pytest
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
+from warehouse_sim.dataset.results.precision_recall import Matches, average_precision, match
 from warehouse_sim.geometry.boxes import box_coverage, box_ious
-from warehouse_sim.geometry.precision_recall import Matches, average_precision, match
 
 
 def random_images(seed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:

@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from warehouse_sim.cli.checks import processes
+from warehouse_sim.cli.commands.evaluate import evaluate, report
+from warehouse_sim.cli.commands.generate import generate
+from warehouse_sim.cli.commands.predict import predict
+from warehouse_sim.cli.commands.preview import preview
+from warehouse_sim.cli.commands.train import train
+from warehouse_sim.cli.commands.view import validate
 from warehouse_sim.cli.console import finish, say
-from warehouse_sim.cli.evaluate import evaluate, report
-from warehouse_sim.cli.generate import generate
-from warehouse_sim.cli.predict import predict
-from warehouse_sim.cli.preview import preview
-from warehouse_sim.cli.train import train
-from warehouse_sim.cli.view import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.optional import require_extra
 from warehouse_sim.output import make_folder, write_bytes

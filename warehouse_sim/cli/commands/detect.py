@@ -86,7 +86,7 @@ def detect(
 
 def _photographs(detector: str, images: Path, out: Path, min_score: float) -> None:
     from warehouse_sim.dataset.files.json_file import write_json
-    from warehouse_sim.estimators.photographs import find_in_photographs
+    from warehouse_sim.estimators.predict.photographs import find_in_photographs
 
     with fraction_progress("detecting") as progress:
         found = find_in_photographs(detector, images, progress, min_score)

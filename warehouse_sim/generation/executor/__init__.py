@@ -12,7 +12,7 @@ from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from typing import Any, Self
 
-from warehouse_sim.generation.failures import Failures, Skip, time_limit, too_long
+from warehouse_sim.generation.executor.failures import Failures, Skip, time_limit, too_long
 from warehouse_sim.processes import end_at_once_with_parent, keep_freed_memory, prepare_worker
 
 Work = Callable[[int], Any]

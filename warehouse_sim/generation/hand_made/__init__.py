@@ -9,9 +9,9 @@ from warehouse_sim.errors import PlacementError, SettleError
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.occlusion import request_views
-from warehouse_sim.generation.paired_variants import base_variant
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.recipe.paired_variants import base_variant
 from warehouse_sim.generation.scene import ATTEMPTS
 from warehouse_sim.physics import SettleReport, settle_scene
 from warehouse_sim.physics.settle import SettleConfig

@@ -62,8 +62,8 @@ def preview(
     if json is not None:
         raise InputError("--json belongs to --check; add --check, or leave it out")
     from warehouse_sim.generation.contact_sheet import render_contact_sheet
-    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.recipe.difficulty import with_difficulty
     from warehouse_sim.render import option_settings, with_shortcuts
 
     pairs = with_shortcuts(backend, backend_options, {"samples": samples, "denoise": denoise})
@@ -97,8 +97,8 @@ def _check_scene(recipe: str, scene: int, seed: int, json: Path | None, difficul
     """
     from warehouse_sim.dataset.files.json_file import write_json
     from warehouse_sim.errors import PlacementError
-    from warehouse_sim.generation.difficulty import with_difficulty
     from warehouse_sim.generation.recipe import load_recipe
+    from warehouse_sim.generation.recipe.difficulty import with_difficulty
     from warehouse_sim.generation.scene import ATTEMPTS
     from warehouse_sim.physics import crush_state, settle_scene
     from warehouse_sim.scene import sample_scene
@@ -142,6 +142,8 @@ def _crush_lines(crush: "CrushState") -> list[str]:
 
 def _measured(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig") -> list[str]:
     """Return what was measured and, where there is one, the limit."""
+    from warehouse_sim.physics.settle import MAX_GAP_MM, MAX_OVERLAP_MM, REST_SPEED
+
     classes = [scene.model_of(item).class_name for item in scene.instances]
     loose = sum(item.dynamic for item in scene.instances)
     counts = ", ".join(f"{classes.count(name)} {name}" for name in sorted(set(classes)))
@@ -149,10 +151,10 @@ def _measured(scene: "SceneSpec", report: "SettleReport", limits: "SettleConfig"
     return [
         f"{len(classes)} objects: {counts}",
         f"{loose} loose objects in {report.stacks} stacks, each at rest within {report.duration:.2f} s",
-        f"speed        {report.max_speed:9.5f} m/s   limit {limits.rest_speed:g}",
-        f"overlap      {mm * report.max_overlap:9.3f} mm    limit {limits.max_overlap_mm:g}",
-        f"floating     {mm * report.max_gap:9.3f} mm    limit {limits.max_gap_mm:g}",
-        f"lowest point {mm * report.lowest:9.3f} mm    limit {-limits.max_overlap_mm:g}, the floor is 0",
+        f"speed        {report.max_speed:9.5f} m/s   limit {REST_SPEED:g}",
+        f"overlap      {mm * report.max_overlap:9.3f} mm    limit {MAX_OVERLAP_MM:g}",
+        f"floating     {mm * report.max_gap:9.3f} mm    limit {MAX_GAP_MM:g}",
+        f"lowest point {mm * report.lowest:9.3f} mm    limit {-MAX_OVERLAP_MM:g}, the floor is 0",
         f"drift        {mm * report.max_drift:9.3f} mm    limit {limits.max_drift_mm:g}, before impulses",
         f"tilt         {degrees(report.max_tilt):9.3f} deg   limit {limits.max_tilt_deg:g}, before impulses",
         f"{len(report.struck)} loads struck: {len(report.shifted)} pieces shifted, {len(report.leaning)} leaning, "

@@ -35,7 +35,7 @@ class Command:
 
     def function(self) -> Callable[..., Any]:
         """Import and return what runs the command: the function of its name."""
-        module = import_module(f"warehouse_sim.cli.{_TOGETHER.get(self.name, self.name)}")
+        module = import_module(f"warehouse_sim.cli.commands.{_TOGETHER.get(self.name, self.name)}")
         found: Callable[..., Any] = getattr(
             module, "list_names" if self.name == "list" else self.name.replace("-", "_")
         )

@@ -22,9 +22,9 @@ from warehouse_sim.estimators.detections import (
 )
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.pipeline import passed
 from warehouse_sim.estimators.pose.icp.oracle import OracleIcp
+from warehouse_sim.estimators.predict.pictures import known_sizes, write_pictures
 from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
 from warehouse_sim.estimators.tracking.drives import tracked
 from warehouse_sim.learning.settings import Progress
