@@ -39,6 +39,12 @@ class Reading(Protocol):
         """All that a sensor of this kind would give, the simulation's ground truth left out, as arrays by name."""
 
 
+def units_of(reading: Reading) -> Mapping[str, str]:
+    """Return what the numbers of a reading's channels are in, by channel; a reading need not state any as ``units``."""
+    stated: Mapping[str, str] = getattr(reading, "units", {})
+    return stated
+
+
 AnyReading = TypeVar("AnyReading", bound=Reading, covariant=True)
 
 

@@ -14,6 +14,7 @@ from warehouse_sim.dataset.files.plain import is_rigid
 from warehouse_sim.dataset.stored.contents import SENSOR_NAME, ChannelContents, ReadingContents
 from warehouse_sim.errors import DatasetError, shown
 from warehouse_sim.schema import CAMERA, RIGHT, ChannelReading, LidarScan, MountedReading, Observation, Reading
+from warehouse_sim.schema.readings import units_of
 
 POSE = "T_camera_sensor"
 """What the sensor's pose is called among the arrays."""
@@ -42,7 +43,7 @@ def describe(name: str, reading: Reading) -> dict[str, ChannelContents]:
     """
     if not SENSOR_NAME.fullmatch(name):
         raise DatasetError(f"the name of a sensor must be small letters, digits and _, found {shown(name)}")
-    units = getattr(reading, "units", {})
+    units = units_of(reading)
     for channel, array in reading.channels.items():
         if channel == POSE or not channel.isidentifier() or np.asarray(array).dtype.kind not in _NUMBERS:
             raise DatasetError(f"sensor {name}: channel {shown(channel)} must be a name with an array of numbers")

@@ -34,6 +34,7 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Fisheye
 from warehouse_sim.geometry.pose import Transform, make_transform, quat_wxyz_from_matrix
 from warehouse_sim.schema import ObjectAnnotation, Reading
+from warehouse_sim.schema.readings import units_of
 
 _SECOND = 1_000_000_000
 
@@ -170,7 +171,7 @@ _TIME = {
 
 def reading_schema(reading: Reading) -> bytes:
     """Return the JSON schema of a sensor's messages."""
-    units = getattr(reading, "units", {})
+    units = units_of(reading)
     properties: dict[str, Any] = {"timestamp": _TIME, "frame_id": {"type": "string"}}
     for name, array in sorted(reading.channels.items()):
         properties[name] = _array(np.asarray(array)) | {"description": str(units.get(name, ""))}
