@@ -3,7 +3,7 @@
 uniform vec3 up;                  // world z in the camera frame
 uniform float eye_height;         // of the camera over the floor (m)
 
-const float MINERAL = 0.0, BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0;  // see surfaces.py
+const float MINERAL = 0.0, BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0, PAPER = 6.0;  // see surfaces.py
 const float SMOOTH = 16.0;        // texels of grain of a coat in a pixel, from which on it is even
 const float THIN = 0.03;          // half edges of faces below which edges are not worn (m)
 
@@ -32,6 +32,7 @@ vec3 tinted(float number, float lighter, float warmer) {
 
 vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     if (kind == TAPE) return tinted(f.thing, 0.12, 0.08);
+    if (kind == PAPER) return tinted(fract(f.thing * 7.3), 0.06, 0.03);
     vec3 factor = kind == WOOD ? tinted(f.part, 0.32, 0.07) : tinted(f.thing, 0.17, 0.035);
     vec2 room = (1.0 - abs(f.place)) * f.half_edges;
     float d = max(min(room.x, room.y), 0.0), rub = waves(metres * 60.0, f.part);
