@@ -20,7 +20,9 @@ def entries() -> dict[str, dict[str, str]]:
 def test_shipped_textures_are_what_the_command_bakes(tmp_path: Path) -> None:
     bake(tmp_path)
     kinds = ("albedo", "normal", "roughness")
-    assert sorted(entries()) == sorted(f"textures/{name}/{kind}.png" for name in [*TEXTURES, *DETAILS] for kind in kinds)
+    assert sorted(entries()) == sorted(
+        f"textures/{name}/{kind}.png" for name in [*TEXTURES, *DETAILS] for kind in kinds
+    )
     for path, entry in entries().items():
         baked, shipped = (
             cv2.imread(str(folder / path), cv2.IMREAD_UNCHANGED)[..., ::-1]

@@ -72,7 +72,8 @@ def test_depth_ids_and_normals_know_nothing_of_it(renderer: Renderer) -> None:
     scene = row_of_boxes("kraft")
     grained, bare = seen(renderer, scene), seen(renderer, plain(scene))
     assert not np.array_equal(grained.rgb, bare.rgb)
-    assert grained.normals is not None and bare.normals is not None
+    assert grained.normals is not None
+    assert bare.normals is not None
     for one, other in (
         (grained.depth, bare.depth),
         (grained.instance_mask, bare.instance_mask),

@@ -31,7 +31,7 @@ class Detail:
 
 def detail_concrete(rng: np.random.Generator) -> Tile:
     """Paint trowelled mortar: sand, aggregate that shows through, pores, crazing as fine as a hair."""
-    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.4, 0.9, 1.2, 1.4, 1.6, 1.8))
+    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.4, 0.8, 1.2, 1.5, 1.8, 2.1))
     sand = value_noise(rng, SIZE, SIZE, SIZE) - 0.5
     owner, near, _ = grains(rng, SIZE, 56)
     tone, shown = rng.random((2, 56 * 56))
@@ -39,7 +39,7 @@ def detail_concrete(rng: np.random.Generator) -> Tile:
     owner, near, _ = grains(rng, SIZE, 48)
     pores = smooth_step((0.10 * (rng.random(48 * 48)[owner] - 0.6) - near) / 0.012)
     cracks = _crazing(rng, 9)
-    albedo = 1.0 + 0.29 * fine + 0.28 * sand + 0.26 * stones - 0.40 * pores - 0.16 * cracks
+    albedo = 1.0 + 0.31 * fine + 0.28 * sand + 0.26 * stones - 0.40 * pores - 0.16 * cracks
     height = 0.5 * fine + 0.25 * sand - 0.9 * pores - 0.3 * cracks
     return Tile(albedo, height, 1.0 + 0.35 * fine - 0.2 * stones + 0.2 * pores)
 
@@ -59,10 +59,12 @@ def detail_board(rng: np.random.Generator) -> Tile:
     fibres = strokes(rng, SIZE, 3000, (4.0, 18.0), (-1.0, 1.0), 3.0)
     fibres = fibres + strokes(rng, SIZE, 3000, (4.0, 18.0), (-1.0, 1.0), 3.0).T
     shives = strokes(rng, SIZE, 260, (3.0, 9.0), (-1.0, 1.0), 1.0) + strokes(rng, SIZE, 260, (3.0, 9.0), (-1.0, 1.0)).T
-    pulp = _rough(rng, (16, 32, 64, 128, 256), (0.8, 0.9, 1.0, 1.0, 1.1))
+    pulp = _rough(rng, (16, 32, 64, 128, 256), (0.5, 0.7, 1.0, 1.2, 1.4))
     place = (np.arange(SIZE) + 0.5) * (_FLUTES / SIZE)
     fraction = place - np.floor(place)
-    flutes = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction))[None, :] * (0.6 + 0.8 * octaves(rng, SIZE, 8, 8, 2))
+    flutes = smooth_step(2.0 * np.minimum(fraction, 1.0 - fraction))[None, :] * (
+        0.6 + 0.8 * octaves(rng, SIZE, 8, 8, 2)
+    )
     albedo = 1.0 + 0.16 * pulp - 0.10 * fibres - 0.22 * shives - 0.05 * (flutes - 0.5)
     return Tile(albedo, 0.35 * flutes + 0.10 * fibres + 0.15 * pulp, 1.0 + 0.1 * pulp - 0.06 * flutes)
 
@@ -91,7 +93,7 @@ def detail_wood_end(rng: np.random.Generator) -> Tile:
     saw = value_noise(rng, SIZE, 150, 5) - 0.5
     dirt = octaves(rng, SIZE, 8, 8, 5) - 0.5
     dots = value_noise(rng, SIZE, 256, 256) - 0.5
-    albedo = 1.0 - 0.26 * late - 0.5 * rays + 0.16 * saw + 0.55 * dirt + 0.14 * dots
+    albedo = 1.0 - 0.20 * late - 0.5 * rays + 0.10 * saw + 0.55 * dirt + 0.14 * dots
     return Tile(albedo, 0.3 * late - 1.2 * rays + 0.8 * saw + 0.3 * dots, 1.0 + 0.15 * dirt)
 
 
@@ -114,7 +116,9 @@ def detail_zinc(rng: np.random.Generator) -> Tile:
     dots = smooth_step((0.05 * (rng.random(44 * 44)[owner] - 0.8) / 0.2 - near) / 0.01)
     scratches = strokes(rng, SIZE, 50, (20.0, 200.0), (-0.3, 0.3))
     albedo = 1.0 + 0.20 * lines + 0.10 * feathers + 0.14 * dots + 0.10 * scratches
-    return Tile(albedo, 0.4 * lines + 0.15 * feathers - 0.2 * scratches, 1.0 + 0.5 * lines + 0.3 * feathers + 0.3 * dots)
+    return Tile(
+        albedo, 0.4 * lines + 0.15 * feathers - 0.2 * scratches, 1.0 + 0.5 * lines + 0.3 * feathers + 0.3 * dots
+    )
 
 
 def _rough(rng: np.random.Generator, cells: tuple[int, ...], weights: tuple[float, ...]) -> Texels:

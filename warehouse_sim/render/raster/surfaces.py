@@ -141,7 +141,9 @@ _LIMIT = 4096  # the geometry buffer stores a material in twelve bits
 
 
 _KINDS = {"liner": 1, "kraft": 1, "kraft_worn": 1, "wood": 3, "wood_worn": 3}
-"""Texture -> how single things of it differ, as ``fine_detail.glsl`` numbers it; board with a picture is 2, tape 4."""
+"""Texture -> how single things of it differ, as ``fine_detail.glsl`` numbers it; board with a picture is 2."""
+_STUCK = {"tape": 4, "label_": 6}
+"""Beginning of a material's name -> the same, of what is stuck on cartons."""
 _COATS = ("detail_coating", "detail_zinc")
 """Details of things that do not differ, and that are even from afar: 5."""
 
@@ -151,8 +153,7 @@ def _detail_rows(material: Material, layers: dict[str, int]) -> Float32[np.ndarr
     kind = _KINDS.get(material.texture or "", 0)
     if kind == 1 and material.picture is not None:
         kind = 2
-    if material.name.startswith("tape"):
-        kind = 4
+    kind = next((number for word, number in _STUCK.items() if material.name.startswith(word)), kind)
     detail = DETAIL_OF.get(material.texture or "")
     if detail is not None and detail.name in _COATS:
         kind = 5

@@ -146,8 +146,10 @@ def choose_levels(
 
 
 _ATTRIBUTES = ("in_position", "in_normal", "in_to_edge")
-_INSTANCE_ATTRIBUTES = ("in_rotation", "in_translation", "in_scale", "in_texture_shift", "in_identity")
-_INSTANCE_ATTRIBUTES += ("in_spread", "in_start", "in_picture")
+_INSTANCE_ATTRIBUTES = (
+    *("in_rotation", "in_translation", "in_scale", "in_texture_shift"),
+    *("in_identity", "in_spread", "in_start", "in_picture"),
+)
 
 
 class MeshBatch:

@@ -88,7 +88,9 @@ class GeometryPass:
         self._context = context
         self._programs = {
             kind: context.program(
-                vertex_shader=source("place.glsl", "pack.glsl", "fine.glsl", "box_projection.glsl", vertex, "gbuffer.vert"),
+                vertex_shader=source(
+                    "place.glsl", "pack.glsl", "fine.glsl", "box_projection.glsl", vertex, "gbuffer.vert"
+                ),
                 fragment_shader=source("pack.glsl", "fine.glsl", fragment, "gbuffer.frag", TRUSTED=_TRUSTED),
             )
             for kind, (vertex, fragment) in _KINDS.items()

@@ -153,8 +153,7 @@ class ShadingPass:
         """Return the shader for this many lights and shadows, compiled when first requested."""
         if lighting.variant not in self._shaders:
             files = ("surface.glsl", "pack.glsl", "fine.glsl", "upsample.glsl", "lights.glsl", "lighting.glsl")
-            files += ("fine_detail.glsl", "shade.frag")
-            shader = FullScreen(self._context, *files, **lighting.constants())
+            shader = FullScreen(self._context, *files, "fine_detail.glsl", "shade.frag", **lighting.constants())
             shader.assign(near=NEAR, **UNITS)
             self._shaders[lighting.variant] = shader
         return self._shaders[lighting.variant]

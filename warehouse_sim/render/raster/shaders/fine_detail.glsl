@@ -3,7 +3,7 @@
 uniform vec3 up;                  // world z in the camera frame
 uniform float eye_height;         // of the camera over the floor (m)
 
-const float BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0;  // see surfaces.py
+const float MINERAL = 0.0, BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0, PAPER = 6.0;  // see surfaces.py
 const float SMOOTH = 16.0;        // texels of grain of a coat in a pixel, from which on it is even
 const float THIN = 0.03;          // half edges of faces below which edges are not worn (m)
 
@@ -32,6 +32,7 @@ vec3 tinted(float number, float lighter, float warmer) {
 
 vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     if (kind == TAPE) return tinted(f.thing, 0.12, 0.08);
+    if (kind == PAPER) return tinted(fract(f.thing * 7.3), 0.06, 0.03);
     vec3 factor = kind == WOOD ? tinted(f.part, 0.32, 0.07) : tinted(f.thing, 0.17, 0.035);
     vec2 room = (1.0 - abs(f.place)) * f.half_edges;
     float d = max(min(room.x, room.y), 0.0), rub = waves(metres * 60.0, f.part);
@@ -51,10 +52,10 @@ vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     return factor;
 }
 
-// Finer than a pixel, the more so the farther: means over whole pixels are smoother than what a lens, a colour filter and
-// sharpening make of real grain. Of noise a sample is as good as another.
+// Of mineral grain, finer than a pixel, the more so the farther: means over whole pixels are smoother than what a lens, a
+// colour filter and sharpening make of real grain. Of noise a sample is as good as another; of flutes and rings it is not.
 float sharp_level(float footprint) {
-    return 0.8 * log2(footprint) - 0.7;
+    return 0.7 * log2(footprint) - 0.9;
 }
 
 // tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m.
@@ -71,7 +72,7 @@ void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float 
         if (detail.w == WOOD && f.across_grain) detail.xyz = texelFetch(materials, ivec2(4, row), 0).xyz;
         float footprint = width * inversesqrt(sqrt(s.nv)) * detail.z * float(TEXTURE_PX);
         vec2 at = metres * detail.yz + f.part * vec2(7.0, 13.0);
-        float level = detail.w == COAT ? log2(footprint) : sharp_level(footprint);
+        float level = detail.w == MINERAL ? sharp_level(footprint) : log2(footprint);
         vec4 texel = textureLod(textures, vec3(at, detail.x), level) * 255.0;  // see surfaces.py
         factor *= texel.x / 128.0;
         s.roughness = clamp(s.roughness * texel.w / 128.0, 0.05, 1.0);
