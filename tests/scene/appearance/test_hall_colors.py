@@ -89,7 +89,7 @@ def test_beams_have_a_colour_that_is_sold_with_the_uprights(upright: Finish) -> 
 
 
 def test_a_customer_prints_two_inks_on_all_cartons_and_board_is_kraft_or_white_mostly() -> None:
-    colourful, inks = 0, []
+    colourful, inks = 0.0, []
     for seed in range(200):
         boards = {
             f"{name}": item.code
