@@ -199,11 +199,12 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         )
         radius = reach * fraction * np.maximum(1.0 + wobble + ragged, 0.15)
         outline = np.column_stack([stretch * radius * np.cos(angle), radius * np.sin(angle)])
-        corners = tuple((float(x), float(y)) for x, y in outline)
-        parts.append(_flat(prism(corners, _FILM), material, ring * _FILM))
+        edge = tuple((float(x), float(y)) for x, y in outline)
+        parts.append(_flat(prism(edge, _FILM), material, ring * _FILM))
         if kind == "stain" and ring == 0:
             dried = 0.97 * np.concatenate([outline, outline[:1]])
-            parts.append(_flat(_band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), ends=1.0), material, _FILM / 2))
+            rim = _band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), narrowed=1.0)
+            parts.append(_flat(rim, material, _FILM / 2))
     return _decal(name, 431 if kind == "stain" else 433, parts)
 
 
@@ -240,12 +241,12 @@ def _soft_band(line: Float[np.ndarray, "n 2"], width: float) -> list[TriangleMes
     return bands
 
 
-def _band(line: Float[np.ndarray, "n 2"], width: float, ends: float = 0.15) -> TriangleMesh:
-    """Return the closed band of ``width`` m along a line; its ends are ``ends`` of that wide."""
+def _band(line: Float[np.ndarray, "n 2"], width: float, narrowed: float = 0.15) -> TriangleMesh:
+    """Return the closed band of ``width`` m along a line; its ends are ``narrowed`` to that fraction."""
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     fraction = np.ones(len(line))
-    fraction[[0, -1]] = ends
+    fraction[[0, -1]] = narrowed
     across = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * width / 2)[:, None]
     count, z = len(line), _FILM / 2
     rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
