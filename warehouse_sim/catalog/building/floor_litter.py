@@ -98,12 +98,12 @@ def _thrown(
     return (outline - outline.mean(axis=0)) @ rotation.T + [rng.uniform(-0.5, 0.5) * length, y * width]
 
 
-def band(line: Float[np.ndarray, "n 2"], width: float, ends: float = 0.15) -> TriangleMesh:
-    """Return the closed band of ``width`` m along a line; its ends are ``ends`` of that wide."""
+def band(line: Float[np.ndarray, "n 2"], width: float, narrowed: float = 0.15) -> TriangleMesh:
+    """Return the closed band of ``width`` m along a line; its ends are ``narrowed`` to that fraction."""
     along = np.gradient(line, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     fraction = np.ones(len(line))
-    fraction[[0, -1]] = ends
+    fraction[[0, -1]] = narrowed
     across = np.column_stack([-along[:, 1], along[:, 0]]) * (fraction * width / 2)[:, None]
     count, z = len(line), THICK / 2
     rings = [(line - across, -z), (line + across, -z), (line + across, z), (line - across, z)]
@@ -114,6 +114,6 @@ def band(line: Float[np.ndarray, "n 2"], width: float, ends: float = 0.15) -> Tr
         low, high = side * count, (side + 1) % 4 * count
         faces += [np.column_stack([a + low, a + high, b + high]), np.column_stack([a + low, b + high, b + low])]
     last = count - 1
-    caps = [(0, 2 * count, count), (0, 3 * count, 2 * count)]
-    caps += [(last, last + count, last + 2 * count), (last, last + 2 * count, last + 3 * count)]
-    return TriangleMesh(vertices, np.concatenate([*faces, np.array(caps)]).astype(np.int32))
+    ends = [(0, 2 * count, count), (0, 3 * count, 2 * count)]
+    ends += [(last, last + count, last + 2 * count), (last, last + 2 * count, last + 3 * count)]
+    return TriangleMesh(vertices, np.concatenate([*faces, np.array(ends)]).astype(np.int32))

@@ -211,7 +211,8 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         parts.append(_flat(prism(corners, THICK), material, ring * THICK))
         if kind == "stain" and ring == 0:
             dried = 0.97 * np.concatenate([outline, outline[:1]])
-            parts.append(_flat(band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), ends=1.0), material, THICK / 2))
+            rim = band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), narrowed=1.0)
+            parts.append(_flat(rim, material, THICK / 2))
     return _decal(name, 431 if kind == "stain" else 433, parts)
 
 

@@ -87,7 +87,7 @@ PRESETS: dict[PresetName, Preset] = {
         hour="night",
         headlights=True,
         white_balance=5000.0,
-        exposure=ExposureConfig(min_ev=2.6),
+        exposure=ExposureConfig(min_ev=4.2),
     ),
     "mixed_colour": Preset(
         lux=Distribution.uniform(150.0, 250.0),

@@ -1,8 +1,8 @@
 """Joining the dashes of lines that are thinner than a pixel.
 
 Such a line lies on the centre of some pixels and between those of others: what is drawn of it are dashes. Where one
-ends and where the next begins its borders are known to 1/100 px (``antialias.py``), so the pixels between, which show
-what is behind, can be told how much of the line they hold.
+ends and where the next begins its borders are known to 1/100 px (``antialias.py``), so that it is known
+how much of the line the pixels between hold, which show what is behind.
 """
 
 from dataclasses import dataclass

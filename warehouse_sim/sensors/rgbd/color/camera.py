@@ -64,7 +64,7 @@ def develop(
     detail = cv2.addWeighted(brightness, 1.0, base, -1.0, 128.0)  # saturates: finer detail than half of all codes
     kept = cv2.LUT(detail, _detail_table(denoise * noise, 1.0 + sharpen))
     if denoise > 0:
-        # Lines a pixel wide are blue or orange as they fall on the filter; a median (Freeman 1988) drops what is so thin.
+        # Lines a pixel wide are blue or orange as they fall on the filter; a median (Freeman 1988) drops them.
         red, blue = (cv2.GaussianBlur(cv2.medianBlur(color, _FALSE_COLOR), _COLOR, 0) for color in (red, blue))
     return cv2.cvtColor(cv2.merge([cv2.add(base, kept, dtype=cv2.CV_8U), red, blue]), cv2.COLOR_YCrCb2RGB)
 
