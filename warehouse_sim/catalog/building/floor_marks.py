@@ -207,8 +207,8 @@ def floor_stain(kind: StainKind, variant: int) -> ObjectModel:
         )
         radius = reach * fraction * np.maximum(1.0 + wobble + ragged, 0.15)
         outline = np.column_stack([stretch * radius * np.cos(angle), radius * np.sin(angle)])
-        corners = tuple((float(x), float(y)) for x, y in outline)
-        parts.append(_flat(prism(corners, THICK), material, ring * THICK))
+        edge = tuple((float(x), float(y)) for x, y in outline)
+        parts.append(_flat(prism(edge, THICK), material, ring * THICK))
         if kind == "stain" and ring == 0:
             dried = 0.97 * np.concatenate([outline, outline[:1]])
             rim = band(dried, float(np.clip(0.07 * reach, 0.008, 0.03)), narrowed=1.0)

@@ -153,8 +153,7 @@ def light_left(stored: Float32[np.ndarray, "h w"], texel: float) -> UInt8[np.nda
     soft = cv2.resize(_covered(stored, _AROUND.below), small, interpolation=cv2.INTER_AREA)
     soft = cv2.GaussianBlur(soft, (0, 0), _AROUND.sigma / texel / _SMALLER, borderType=cv2.BORDER_CONSTANT)
     soft = cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR)
-    near, far = (cv2.LUT(values, _kept(layer)) for values, layer in ((hard, _NEARBY), (soft, _AROUND)))
-    return cv2.multiply(near, far, scale=1.0 / 255.0)
+    return cv2.multiply(cv2.LUT(hard, _kept(_NEARBY)), cv2.LUT(soft, _kept(_AROUND)), scale=1.0 / 255.0)
 
 
 def _covered(stored: Float32[np.ndarray, "h w"], height: float) -> UInt8[np.ndarray, "h w"]:
