@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -93,10 +94,11 @@ def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path, monke
     path = gt_csv(tmp_path / "gt_val.csv")
     counts = evaluate(path, folder, "val").counts
     assert (counts["ground_truths"], counts["ground_truths_left_out"]) == (3, 3)
-    monkeypatch.setattr("warehouse_sim.evaluation.measure.MIN_MODEL_POINTS", 20)
+    measure = import_module("warehouse_sim.evaluation.measure")  # the package has a function of that name
+    monkeypatch.setattr(measure, "MIN_MODEL_POINTS", 20)
     assert evaluate(path, folder, "val").counts["ground_truths"] == 6
     write_frame(folder / "training", VAL[0], street(VAL[0], SEED), SEED, points_each=0)
-    monkeypatch.setattr("warehouse_sim.evaluation.measure.MIN_MODEL_POINTS", 1)
+    monkeypatch.setattr(measure, "MIN_MODEL_POINTS", 1)
     assert evaluate(path, folder, "val").counts["ground_truths"] == 3
 
 

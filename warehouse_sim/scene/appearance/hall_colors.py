@@ -64,7 +64,7 @@ Color = Float[np.ndarray, "3"]
 
 
 def in_hall_colors(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
-    """Return ``scene`` with the colours of its materials as its hall shows them.
+    """Return ``scene`` with the colours of its materials as its hall shows them; objects of users keep theirs.
 
     Args:
         scene: Painted.
@@ -75,11 +75,13 @@ def in_hall_colors(scene: SceneSpec, rng: np.random.Generator) -> SceneSpec:
     chosen = rng.choice(len(PRINTS), _INKS, replace=False, p=weights / weights.sum())
     inks = [_linear(PRINTS[number].code) for number in chosen]
     beams = _beams_beside(scene.materials, float(beam))
+    own = {item.name for model in scene.models.values() for item in model.materials}
     found = {
         name: replace(item, base_color=_rounded(_shown(item, inks, beams, white < _ON_WHITE)))
         for name, item in scene.materials.items()
+        if name not in own
     }
-    return replace(scene, materials=found)
+    return replace(scene, materials=scene.materials | found)
 
 
 def _shown(item: Material, inks: list[Color], beams: Color | None, on_white: bool) -> Color:
