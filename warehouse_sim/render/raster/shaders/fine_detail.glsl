@@ -4,6 +4,7 @@ uniform vec3 up;                  // world z in the camera frame
 uniform float eye_height;         // of the camera over the floor (m)
 
 const float MINERAL = 0.0, BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0, PAPER = 6.0;  // see surfaces.py
+const float EVEN_OUT = 0.75;      // of the contrast of mineral grain: sharpening brings the rest back
 const float SMOOTH = 16.0;        // texels of grain of a coat in a pixel, from which on it is even
 const float THIN = 0.03;          // half edges of faces below which edges are not worn (m)
 
@@ -55,7 +56,7 @@ vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
 // Of mineral grain, finer than a pixel, the more so the farther: means over whole pixels are smoother than what a lens, a
 // colour filter and sharpening make of real grain. Of noise a sample is as good as another; of flutes and rings it is not.
 float sharp_level(float footprint) {
-    return 0.7 * log2(footprint) - 0.9;
+    return 0.85 * log2(footprint) - 0.6;
 }
 
 // tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m.
@@ -74,7 +75,7 @@ void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float 
         vec2 at = metres * detail.yz + f.part * vec2(7.0, 13.0);
         float level = detail.w == MINERAL ? sharp_level(footprint) : log2(footprint);
         vec4 texel = textureLod(textures, vec3(at, detail.x), level) * 255.0;  // see surfaces.py
-        factor *= texel.x / 128.0;
+        factor *= detail.w == MINERAL ? mix(1.0, texel.x / 128.0, EVEN_OUT) : texel.x / 128.0;
         s.roughness = clamp(s.roughness * texel.w / 128.0, 0.05, 1.0);
         s.a = s.roughness * s.roughness;
         vec2 bend = texel.yz / 127.0 - 128.0 / 127.0;
