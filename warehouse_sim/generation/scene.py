@@ -18,8 +18,7 @@ from warehouse_sim.physics import SettleReport, settle_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.scene import SceneRecipe, sample_scene, scene_rng
 from warehouse_sim.scene.layouts.site import Truck
-from warehouse_sim.scene.viewpoints.choose import replace_blocked_views
-from warehouse_sim.scene.viewpoints.dockable import view_dockable
+from warehouse_sim.scene.viewpoints.choose import replace_blocked_views, view_dockable
 from warehouse_sim.schema import SceneSpec
 
 ATTEMPTS = 5
