@@ -6,7 +6,7 @@ PYTEST := OMP_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 # Rooms whose tests take seconds, for the inner loop.
 QUICK := annotate catalog evaluation geometry learning schema sensors
 
-.PHONY: demo test test-quick test-slow test-faults test-ecosystem lint package bench speed setup setup-demo clean help
+.PHONY: demo test test-quick test-slow test-faults test-ecosystem lint docs package bench speed setup setup-demo clean help
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
@@ -16,6 +16,7 @@ help:
 	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (minutes on 2 cores)"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
+	@echo "make docs       the documentation as a site in build/docs, every link checked (half a minute)"
 	@echo "make package    wheel and sdist into dist/, built and tried"
 	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
@@ -52,6 +53,11 @@ lint: .venv/.ready-dev
 	$(BIN)/lint-imports
 	$(BIN)/python -m docs.lint.words
 	$(BIN)/python -m docs.numbers.insert --check
+
+# Warnings are errors. The pages need no network: open build/docs/index.html.
+docs: .venv/.ready-dev .venv/.ready-docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --conf-dir docs/site --builder html . build/docs
+	$(BIN)/python -m docs.site.check build/docs
 
 # Wheel and sdist into dist/, tried from elsewhere.
 package: .venv/.ready-dev

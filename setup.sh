@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs the system libraries that are missing, then the package into .venv with what locks/ names, hashes checked.
 # Usage: sh setup.sh [EXTRA]    (PYTHON=/path/to/python3.12 sh setup.sh to choose the interpreter)
-# EXTRA is one of pyproject.toml: demo (what `make demo` needs), dev (tests too; the default), speed (the peers of `make speed`).
+# EXTRA is one of pyproject.toml: demo (what `make demo` needs), dev (tests too; the default), docs (for `make docs`,
+# beside dev), speed (the peers of `make speed`).
 set -eu
 cd "$(dirname "$0")"
 extra=${1:-dev}

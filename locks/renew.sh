@@ -21,7 +21,7 @@ whole=$(mktemp)
 trap 'rm -f "$whole"' EXIT
 # hatchling installs the package in place by editables.
 printf 'hatchling\neditables\n' | compile - >locks/build.txt
-for extra in demo dev speed cluster; do
+for extra in demo dev docs speed cluster; do
     compile pyproject.toml --extra "$extra" >"$whole"
     part '!~' "$whole" "locks/$extra.txt"
     [ "$extra" != demo ] || part '~' "$whole" locks/torch-cuda.txt

@@ -85,7 +85,8 @@ def test_every_package_of_every_target_is_pinned() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pinned = {plain(line.partition("==")[0]) for line in lines if "==" in line}
     installer = {"setuptools", "pip"}
-    assert installed_by("dev") | installed_by("speed") | installed_by("cluster") <= pinned | installer
+    for extra in ("dev", "docs", "speed", "cluster"):
+        assert installed_by(extra) <= pinned | installer
 
 
 OURS = {"tests", "benchmarks", "docs", "locks", "warehouse_sim"}
@@ -112,7 +113,7 @@ def test_what_tests_import_is_installed_for_them() -> None:
 
 def test_the_makefile_installs_extras_that_there_are() -> None:
     stamps = set(re.findall(r"^[\w -]+: .*\.venv/\.ready-(\w+)", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    assert stamps == {"demo", "dev", "speed"} <= PROJECT["optional-dependencies"].keys()
+    assert stamps == {"demo", "dev", "docs", "speed"} <= PROJECT["optional-dependencies"].keys()
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from locks.licences import installed, is_copyleft, locked, plain, read_table, st
 ROOT = Path(__file__).resolve().parents[1]
 LOCKS = sorted((ROOT / "locks").glob("*.txt"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-EXTRAS = ("demo", "dev", "speed", "cluster")
+EXTRAS = ("demo", "dev", "docs", "speed", "cluster")
 
 
 def pins(path: Path) -> dict[str, tuple[str, int]]:

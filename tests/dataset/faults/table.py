@@ -1,6 +1,6 @@
 """The faults that ``validate`` has to find in a dataset of this package, each with the check and words of its message.
 
-docs/validate.md is held against this table.
+The documentation prints both tables.
 """
 
 from collections.abc import Callable
@@ -113,3 +113,30 @@ FAULTS = (
     Fault("NaN in a table", lists.no_number, "bop tables", "NaN is no JSON number"),
     Fault("split counted wrong", lists.split_counted_wrong, "manifest", "split_table: test: targets is 1"),
 )
+THIRD_PARTY_FAULTS = (
+    Fault("models in metres", geometry.models_in_metres, "labels", "may be in metres where millimetres are meant"),
+    Fault("a translation in metres", geometry.translation_in_metres, "labels", "may be in metres where millimetres"),
+    Fault("depth scale of 0.1 mm", geometry.wrong_depth_scale, "poses on images", "depth_scale or its unit is wrong"),
+    Fault("depth as range", pixels.depth_as_range, "poses on images", "hold the distance to the camera"),
+    Fault("cx and cy exchanged", geometry.principal_point_exchanged, "poses on images", "pose, model, K or mask"),
+    Fault("left-handed rotation", geometry.pose_left_handed, "labels", "is not a rotation"),
+    Fault(
+        "object axes exchanged", geometry.pose_turned_everywhere, "poses on images", "pose, model, K or mask is wrong"
+    ),
+    Fault("object moved", geometry.pose_aside_everywhere, "poses on images", "pose, model, K or mask is wrong"),
+    Fault("poses in OpenGL's axes", geometry.poses_of_opengl, "labels", "is behind the camera"),
+    Fault("axes of a mesh exchanged", geometry.mesh_axes_exchanged, "objects", "m, the mesh has"),
+    Fault("mesh mirrored", geometry.mesh_inside_out, "objects", "inside out"),
+    Fault("false symmetry", geometry.symmetry_not_the_objects, "objects", "moves the surface elsewhere"),
+    Fault("visible boxes one pixel larger", pixels.visible_box_one_more, "masks", "without COCO's one more"),
+    Fault("visible fraction wrong", pixels.fraction_of_the_image, "labels", "visib_fract is"),
+    Fault("mask of another image", pixels.mask_of_another_image, "masks", "mask of target"),
+    Fault("mask inverted", pixels.mask_inverted, "masks", "pixels, its label says"),
+    Fault("colour of another scene", pixels.colour_and_gt_of_another_scene, "images", "shows no edges where"),
+    Fault(
+        "truncated PNG", lambda folder: pixels.cut_image(folder, ("rgb", "depth")), "images", "is a damaged PNG image"
+    ),
+    Fault("NaN in a table", lists.no_number, "labels", "NaN is no JSON number"),
+    Fault("target counted wrong", lists.target_counted_wrong, "bop targets", "lists"),
+)
+"""Those that show in the BOP files alone, as in a third-party folder."""

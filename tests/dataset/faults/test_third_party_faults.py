@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.faults import geometry, lists, pixels
 from tests.dataset.faults.folder import Folder, linked_copy
-from tests.dataset.faults.table import FAULTS, Fault
+from tests.dataset.faults.table import THIRD_PARTY_FAULTS, Fault
 from tests.dataset.formats.test_external_bop import write_folder
 from tests.dataset.toy import failures
 from warehouse_sim.cli.main import main
@@ -18,32 +17,6 @@ from warehouse_sim.dataset.validate import validate
 
 HEALTHY = ["objects", "cameras", "labels", "images", "masks", "poses on images"]
 HEALTHY += ["bop objects", "bop targets", "bop mask files"]
-THIRD_PARTY_FAULTS = (
-    Fault("models in metres", geometry.models_in_metres, "labels", "may be in metres where millimetres are meant"),
-    Fault("a translation in metres", geometry.translation_in_metres, "labels", "may be in metres where millimetres"),
-    Fault("depth scale of 0.1 mm", geometry.wrong_depth_scale, "poses on images", "depth_scale or its unit is wrong"),
-    Fault("depth as range", pixels.depth_as_range, "poses on images", "hold the distance to the camera"),
-    Fault("cx and cy exchanged", geometry.principal_point_exchanged, "poses on images", "pose, model, K or mask"),
-    Fault("left-handed rotation", geometry.pose_left_handed, "labels", "is not a rotation"),
-    Fault(
-        "object axes exchanged", geometry.pose_turned_everywhere, "poses on images", "pose, model, K or mask is wrong"
-    ),
-    Fault("object moved", geometry.pose_aside_everywhere, "poses on images", "pose, model, K or mask is wrong"),
-    Fault("poses in OpenGL's axes", geometry.poses_of_opengl, "labels", "is behind the camera"),
-    Fault("axes of a mesh exchanged", geometry.mesh_axes_exchanged, "objects", "m, the mesh has"),
-    Fault("mesh mirrored", geometry.mesh_inside_out, "objects", "inside out"),
-    Fault("false symmetry", geometry.symmetry_not_the_objects, "objects", "moves the surface elsewhere"),
-    Fault("visible boxes one pixel larger", pixels.visible_box_one_more, "masks", "without COCO's one more"),
-    Fault("visible fraction wrong", pixels.fraction_of_the_image, "labels", "visib_fract is"),
-    Fault("mask of another image", pixels.mask_of_another_image, "masks", "mask of target"),
-    Fault("mask inverted", pixels.mask_inverted, "masks", "pixels, its label says"),
-    Fault("colour of another scene", pixels.colour_and_gt_of_another_scene, "images", "shows no edges where"),
-    Fault(
-        "truncated PNG", lambda folder: pixels.cut_image(folder, ("rgb", "depth")), "images", "is a damaged PNG image"
-    ),
-    Fault("NaN in a table", lists.no_number, "labels", "NaN is no JSON number"),
-    Fault("target counted wrong", lists.target_counted_wrong, "bop targets", "lists"),
-)
 
 
 def strip(root: Path) -> Path:
@@ -102,9 +75,3 @@ def test_an_unknown_object_is_named(tmp_path: Path) -> None:
     edit_table(root, "gt", lambda data: data["2"][0].update(obj_id=9))
     found = failures(root)
     assert "obj_id 9 is no known object" in found["bop objects"]
-
-
-@pytest.mark.parametrize("fault", [*FAULTS, *THIRD_PARTY_FAULTS], ids=lambda fault: fault.name)
-def test_the_docs_list_each_fault(fault: Fault) -> None:
-    rows = (Path(__file__).parents[3] / "docs" / "validate.md").read_text(encoding="utf-8").splitlines()
-    assert f"| {fault.name} | {fault.check} | ... {fault.words} ... |" in rows
