@@ -15,10 +15,10 @@ import warehouse_sim
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-HEAVY = {"open3d", "mitsuba", "usd-core", "onnxruntime", "onnx", "pyrender2", "pytest", "mypy", "dash", "plotly"}
+HEAVY = {"open3d", "mitsuba", "usd-core", "onnxruntime", "onnx", "pyrender2", "pytest", "mypy", "dash"}
 """What the way from recipe to report does without; together more than the rest."""
 OPTIONAL = sorted(
-    {"mujoco", "moderngl", "embreex", "segno", "torch", "safetensors", "tensorboardX", "matplotlib", "jinja2"}
+    {"mujoco", "moderngl", "embreex", "segno", "torch", "safetensors", "tensorboardX", "plotly", "jinja2"}
 )
 WITHOUT = f"""
 import sys
@@ -70,14 +70,14 @@ def holds(inner: Requirement, extras: set[str]) -> bool:
 
 def test_the_demo_installs_nothing_heavy_that_it_does_without() -> None:
     demo = installed_by("demo")
-    assert {"torch", "mujoco", "moderngl", "embreex", "matplotlib", "numpy"} <= demo
+    assert {"torch", "mujoco", "moderngl", "embreex", "plotly", "numpy"} <= demo
     assert not demo & HEAVY
 
 
 def test_tests_need_no_open3d_and_what_the_demo_needs_is_among_theirs() -> None:
     tests = installed_by("dev")
     assert installed_by("demo") < tests
-    assert not tests & {"open3d", "dash", "plotly"}
+    assert not tests & {"open3d", "dash"}
     assert "open3d" in installed_by("speed")
 
 

@@ -14,9 +14,10 @@ EXTRAS = {
     "lidar": ("sklearn",),
     "detectors": ("transformers", "PIL"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
-    "report": ("matplotlib", "jinja2"),
+    "report": ("plotly", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
     "view": ("rerun",),
+    "open3d": ("open3d",),
     "cluster": ("ray", "fsspec"),
     "peers": ("pyrender", "trimesh"),
 }

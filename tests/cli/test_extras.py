@@ -51,6 +51,7 @@ MORE = {
     "generate --merge {shard} --out {merged}": set(),
     "validate {data} --regenerate 1": SCENES,
     "view {data} --summary --out {inspected} --limit 1": set(),
+    "view {data} --html v.html": PAGES,
 }
 """Other ways of commands, which need other extras."""
 WAYS = dict(COMMAND.values()) | MORE
@@ -120,7 +121,9 @@ def test_every_command_is_here() -> None:
     assert COMMAND.keys() == COMMANDS.keys()
 
 
-@pytest.mark.parametrize("extra", ["generate", "learn", "detectors", "export", "report", "mcap", "view", "cluster"])
+@pytest.mark.parametrize(
+    "extra", ["generate", "learn", "detectors", "export", "report", "mcap", "view", "open3d", "cluster"]
+)
 def test_a_command_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 

@@ -11,8 +11,6 @@ from warehouse_sim.evaluation.report.images import (
     ESTIMATE_COLOR,
     GT_COLOR,
     close_up,
-    depth_frame,
-    frame_with_boxes,
     jpeg_uri,
 )
 
@@ -70,13 +68,6 @@ def test_an_estimate_behind_the_camera_still_gives_an_image(data):
     behind = target.T_camera_object.copy()
     behind[2, 3] = -3.0
     assert close_up(data.rgb(image), image.camera, info, target.T_camera_object, behind).shape == (300, 480, 3)
-
-
-def test_frames_have_the_width_requested_for(data):
-    image = data.images("test")[0]
-    assert frame_with_boxes(data, image, 640).shape == (240, 640, 3)
-    assert near(frame_with_boxes(data, image, 640), GT_COLOR).sum() > 300
-    assert depth_frame(data, image, 160).shape == (60, 160, 3)
 
 
 def test_a_jpeg_uri_holds_the_image():

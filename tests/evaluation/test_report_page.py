@@ -1,18 +1,22 @@
-import re
+import csv
+import io
 import shutil
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from tests.evaluation.pallet import random_motion
+from tests.pages import Page, needs_nothing_else, opened
+from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.stored.contents import ChannelContents, ReadingContents
+from warehouse_sim.dataset.viewing.page.gallery import gallery
 from warehouse_sim.errors import EvaluationError
-from warehouse_sim.evaluation import evaluate, write_scores
+from warehouse_sim.evaluation import evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.report import write_report
 from warehouse_sim.evaluation.report.page import reading_rows, render
+from warehouse_sim.evaluation.trust import succeeded
 from warehouse_sim.schema import ChannelReading, MountedReading
 
 CURVES = "step,seconds,train_loss,val_within_5_percent\n0,1.0,,0.0\n10,61.0,0.5,40.0\n20,121.0,0.25,80.0\n"
@@ -25,34 +29,6 @@ DESCRIBED = {
     "ring": ReadingContents("ultrasonic_ring", RING),
     "silent": ReadingContents("gas", {"ppm": ChannelContents("<f8", (None,), "ppm")}),
 }
-
-
-class Page(HTMLParser):
-    """Collects tags and text, and checks that every opened element is closed in order."""
-
-    VOID = frozenset({"meta", "img", "br"})
-
-    def __init__(self, text):
-        super().__init__()
-        self.tags, self.attributes, self.words, self._open = [], [], [], []
-        self.feed(text)
-        assert self._open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += attrs
-        if tag not in self.VOID:
-            self._open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += attrs
-
-    def handle_endtag(self, tag):
-        assert self._open.pop() == tag
-
-    def handle_data(self, data):
-        self.words.append(data)
 
 
 @pytest.fixture(scope="module")
@@ -82,13 +58,11 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
     out = write_report(inputs, tmp_path / "sub" / "report.html")
     text = out.read_text(encoding="utf-8")
     page = Page(text)
-    assert out.stat().st_size < 6e6
-    outside = [v for k, v in page.attributes if k in ("src", "href", "xlink:href") and not v.startswith(("data:", "#"))]
-    assert outside == []
-    assert not re.search(r"url\((?!#)|@import", text)
-    assert page.tags.count("svg") == 2 + 2 * 5 + 2
-    images = [value for name, value in page.attributes if name == "src"]
-    assert len(images) == 8 + 9 + 10
+    assert out.stat().st_size < 8e6
+    needs_nothing_else(text)
+    assert len(page.figures) == 2 + 2 * 5 + 2
+    assert sum(name == "src" for name, _ in page.attributes) == 9 + 10, "close-ups of both evaluations"
+    assert [frame["name"] for frame in page.frames] == ["test 2/0", "test 2/1", "test 3/0", "test 3/1"]
     words = " ".join(page.words)
     for expected in [
         "net (good/eval)",
@@ -102,8 +76,84 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
         "Data: data",
     ]:
         assert expected in words
-    assert "<script>" not in text
+    assert "secret: <script>" not in text
     assert "100.0" in words
+
+
+def test_the_gallery_knows_what_each_method_says_of_each_object(folders, tmp_path):
+    inputs = [folders / "data", folders / "good" / "eval", folders / "noisy" / "eval"]
+    page = Page(write_report(inputs, tmp_path / "report.html").read_text(encoding="utf-8"))
+    scores = {name: read_scores(folders / name / "eval") for name in ("good", "noisy")}
+    failures = {name: [] for name in scores}
+    for frame in page.frames:
+        for item in frame["objects"]:
+            for name, found in failures.items():
+                answer = item["answers"].get(f"net ({name}/eval)")
+                if answer is not None:
+                    found.append(answer["failure"])
+                    assert bool(answer["path"]) == bool(answer["corners"]) == (answer["failure"] != "missed")
+    assert set(failures["good"]) == {"right"}
+    assert len(failures["good"]) == len(failures["noisy"]) == len(scores["noisy"].table)
+    assert failures["noisy"].count("missed") == int((~scores["noisy"].table.found).sum()) > 0
+    assert failures["noisy"].count("right") == int(succeeded(scores["noisy"].table).sum())
+
+
+def test_each_number_has_the_command_that_gives_it_and_a_method_its_name(folders, tmp_path):
+    data, estimates = folders / "data", estimates_of(folders / "data")
+    predictions.write(tmp_path / "p.csv", estimates, predictions.Origin("my-net", "warehouse-sim predict my-net"))
+    scores = evaluate(tmp_path / "p.csv", data, "test")
+    assert (scores.method, scores.predicted_by) == ("my-net", "warehouse-sim predict my-net")
+    write_scores(scores, tmp_path / "found")
+    assert read_scores(tmp_path / "found").predicted_by == scores.predicted_by
+    words = " ".join(Page(write_report([data, tmp_path / "found"], tmp_path / "r.html").read_text()).words)
+    assert "warehouse-sim predict my-net" in words
+    assert "warehouse-sim evaluate found/predictions.csv --data data --split test --out found" in words
+    predictions.write(tmp_path / "p.csv", estimates)
+    assert evaluate(tmp_path / "p.csv", data, "test").method == "p", "an older statement goes with its file"
+
+
+def test_a_browser_sorts_filters_saves_and_turns(folders, tmp_path):
+    inputs = [folders / "data", folders / "good" / "eval", folders / "noisy" / "eval"]
+    out = write_report(inputs, tmp_path / "report.html")
+    with opened(out) as page:
+        head, cells = page.locator("main table th").nth(3), page.locator("main table").first.locator("td:nth-child(4)")
+        values = lambda: [float(item) for item in cells.evaluate_all("all => all.map(cell => cell.dataset.value)")]  # noqa: E731
+        head.click()
+        assert values() == sorted(values(), reverse=True)
+        head.click()
+        assert values() == sorted(values())
+        assert len(set(values())) == 2
+        page.locator(".tools select").first.select_option(index=1)
+        assert page.locator("main table").first.locator("tbody tr:visible").count() == 1
+        table = page.locator("a.csv").first.evaluate(
+            "link => decodeURIComponent(link.href.split(',').slice(1).join(','))"
+        )
+        rows = list(csv.DictReader(io.StringIO(table)))
+        assert float(rows[0]["ADD <\u00a010\u00a0% d low".replace("\u00a0", " ")]) <= 100.0
+        assert page.locator("#frames figure").count() == 4
+        page.locator("select[name=failure]").select_option("missed")
+        assert page.locator("#frames figure").count() == 1
+        page.locator("#frames figure").click()
+        assert page.locator("#frame figure").count() == 2, "methods side by side"
+        page.wait_for_selector("#space canvas", timeout=60_000)
+        eye = "document.getElementById('space').layout.scene.camera.eye"
+        before = page.evaluate(eye)
+        page.locator("#space").press("ArrowLeft")
+        page.wait_for_function(f"{eye}.x !== {before['x']}")
+        assert "cloud" in page.evaluate("document.getElementById('space').data.map(item => item.name)")
+        page.keyboard.press("Escape")
+        page.locator("#theme").click()
+        assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+        page.locator(".chart").first.scroll_into_view_if_needed()
+        page.wait_for_selector(".chart .main-svg", timeout=60_000)
+
+
+def test_a_narrow_screen_does_not_scroll_sideways(folders, tmp_path):
+    out = write_report([folders / "data", folders / "noisy" / "eval"], tmp_path / "report.html")
+    with opened(out, width=400) as page:
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        page.wait_for_timeout(1000)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
 
 
 def test_the_same_folders_give_the_same_page(folders, tmp_path):
@@ -114,9 +164,9 @@ def test_the_same_folders_give_the_same_page(folders, tmp_path):
 
 def test_a_dataset_or_a_run_alone_can_be_reported(folders, tmp_path):
     page = Page(write_report([folders / "data"], tmp_path / "data.html").read_text())
-    assert (page.tags.count("svg"), sum(name == "src" for name, _ in page.attributes)) == (0, 8)
+    assert (page.figures, len(page.frames)) == ([], 8)
     page = Page(write_report([folders / "run"], tmp_path / "run.html").read_text())
-    assert page.tags.count("svg") == 2
+    assert (len(page.figures), page.frames) == (2, [])
 
 
 @pytest.mark.parametrize("text", ["", "step,samples,lear", "step,loss\n1,0.5\n2,0.4", "step,lo\0\0\n1,0.5\n"])
@@ -178,15 +228,15 @@ def test_each_channel_is_a_row_with_the_range_over_all_observations() -> None:
     rows = reading_rows(DESCRIBED, [given(0.25, 3), given(1.5, 0), given(0.5, 7)])
     assert [list(row.values()) for row in rows] == [
         ["ring", "ultrasonic_ring", "distance", "8", "float32", "m", "0.25 to 4"],
-        ["ring", "ultrasonic_ring", "echoes", "any x 2", "int32", "–", "3 to 7"],
-        ["ring", "ultrasonic_ring", "warm", "one number", "bool", "–", "0 to 1"],
-        ["silent", "gas", "ppm", "any", "float64", "ppm", "–"],
+        ["ring", "ultrasonic_ring", "echoes", "any x 2", "int32", "", "3 to 7"],
+        ["ring", "ultrasonic_ring", "warm", "one number", "bool", "", "0 to 1"],
+        ["silent", "gas", "ppm", "any", "float64", "ppm", ""],
     ]
 
 
 def test_the_page_shows_the_table_of_a_dataset_that_has_such_sensors() -> None:
-    data = {"name": "d", "description": "", "facts": {"Recipe": "r", "Seed": 0}, "frames": [], "recipe": "{}"}
-    nothing_else = {"scores": [], "comparison": [], "evaluations": [], "runs": []}
+    data = {"name": "d", "description": "", "facts": {"Recipe": "r", "Seed": 0}, "recipe": "{}"}
+    nothing_else = {"scores": [], "comparison": [], "evaluations": [], "runs": [], "frames": gallery([])}
     without = render(datasets=[{**data, "readings": []}], **nothing_else)
     page = render(datasets=[{**data, "readings": reading_rows(DESCRIBED, [given(0.25, 3)])}], **nothing_else)
     assert "<td>ultrasonic_ring</td><td>distance</td><td>8</td><td>float32</td><td>m</td><td>0.25 to 4</td>" in page

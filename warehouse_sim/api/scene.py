@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, cast, overload
+from typing import TYPE_CHECKING, Annotated, Any, cast, overload
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from warehouse_sim.scene.hand_made import with_object, with_replaced, without_ki
 from warehouse_sim.scene.lighting.switching import relit
 from warehouse_sim.schema import SceneSpec, Viewpoint
 from warehouse_sim.sensors.rig import RigConfig
+
+if TYPE_CHECKING:
+    import trimesh
 
 Metres = Annotated[float, Range(-1000, 1000, "m")]
 Degrees = Annotated[float, Range(-360, 360, "deg")]
@@ -277,6 +280,12 @@ class Scene:
         )
         shots = [Shot(take) for take in takes]
         return shots if views is not None else shots[0]
+
+    def to_trimesh(self) -> "trimesh.Scene":
+        """Return its meshes as ``trimesh.Scene``: in the world's axes (m, z up), in plain colours, a node an object."""
+        from warehouse_sim.interchange.meshes import to_trimesh
+
+        return to_trimesh(self.spec)
 
     def _change(self, change: Callable[[SceneSpec], SceneSpec]) -> None:
         self._made = hand_made.changed(self._made, [change])

@@ -4,18 +4,21 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.dataset import Dataset, as_dataset
-from warehouse_sim.api.estimates import Estimator, chosen_split, estimates_of, scores_of
+from warehouse_sim.api.estimates import Estimator, chosen_split, estimates_of, method_name, scores_of
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.errors import InputError
 from warehouse_sim.evaluation import Scores, write_scores
 from warehouse_sim.learning.settings import Progress
 from warehouse_sim.optional import require_extra
 from warehouse_sim.output import writing
+from warehouse_sim.ranges import Range
 from warehouse_sim.schema import PoseEstimate
+
+Frames = Annotated[int, Range(1, 1_000_000)]
 
 
 @checked
@@ -26,6 +29,7 @@ def predict(
     split: str | None = None,
     pictures: str | Path | None = None,
     progress: Progress | None = None,
+    command: str = "",
     **settings: Any,
 ) -> list[PoseEstimate]:
     """Estimate the poses of a split.
@@ -45,6 +49,7 @@ def predict(
         split: A split or "all"; by default test, or all that is there where test is empty.
         pictures: Folder for a picture of each image with the poses in it; none by default.
         progress: Called with the fraction that is done and a note.
+        command: The command line that requests it, to be kept beside ``out`` with the estimator's name.
         settings: Settings by name, as the options of ``warehouse-sim predict``: ``detections="detector-rgb"``,
             ``refine="icp"``, ``seed=1``, ...
 
@@ -59,7 +64,10 @@ def predict(
     opened = as_dataset(data)
     estimates = estimates_of(opened, estimator, chosen_split(opened, split), settings, progress, pictures)
     if out is not None:
-        prediction_file.write(Path(out), estimates)
+        refined = f"+{settings['refine']}" if settings.get("refine") not in (None, "none") else ""
+        prediction_file.write(
+            Path(out), estimates, prediction_file.Origin(f"{method_name(estimator)}{refined}", command)
+        )
     return estimates
 
 
@@ -99,7 +107,9 @@ def evaluate(
 
 
 @checked
-def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.html") -> Path:
+def report(
+    *sources: Dataset | Scores | str | Path, out: str | Path = "report.html", frames: Frames | Literal["all"] = 300
+) -> Path:
     """Write one HTML page about datasets, runs and scores, or about suites; it needs no other file.
 
     Example:
@@ -112,13 +122,14 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
         sources: Datasets, scores, or folders of datasets, training runs and scores; scores need their dataset among
             them. Or results of suites alone, as ``warehouse-sim bench`` writes them, and folders of these.
         out: The page to write; of suites, a name that ends in .md takes the leaderboards alone, as Markdown.
+        frames: How many frames of datasets are shown at most; of more, the worst by each filter and a sample, or "all".
 
     Returns:
         The path of the page.
 
     Raises:
         EvaluationError: A folder holds nothing to report, or a dataset is missing.
-        MissingPackageError: matplotlib or jinja2 is not installed.
+        MissingPackageError: plotly or jinja2 is not installed.
     """
     require_extra("report", "to write a report")
     from warehouse_sim.benchmark.report import is_results, write_suite_report
@@ -147,4 +158,4 @@ def report(*sources: Dataset | Scores | str | Path, out: str | Path = "report.ht
             else:
                 folder = item.scored.root if isinstance(item, Dataset) else Path(item)
             folders.append(folder)
-        return write_report(list(dict.fromkeys(folders)), out)
+        return write_report(list(dict.fromkeys(folders)), out, None if frames == "all" else frames)

@@ -47,7 +47,8 @@ def evaluate(
         predictions: File in the BOP pose CSV, or estimates; each must name an image and an object of the split.
         data: Dataset folder, or an open reader of one.
         split: Name of a split, or "all".
-        method: Name to store; else the file name up to the first underscore (the BOP rule), or "estimates".
+        method: Name to store; else that of what predicted, the file name up to the first underscore (the BOP rule), or
+            "estimates".
         bop: Whether to add the scores of the BOP challenges, which project every point of every model.
         vsd: Whether these have the recall by VSD, too, and with it the average recall of BOP 2019; implies ``bop``.
 
@@ -77,6 +78,7 @@ def evaluate(
     models, seen = ErrorModels(reader.objects, MIN_MODEL_POINTS), reader.depth if vsd else None
     return Scores(
         method=method or given.method,
+        predicted_by=given.predicted_by,
         dataset=_identity(reader, split) | _without_accessibility(table),
         settings=SETTINGS,
         counts=_counts(given, images, table),

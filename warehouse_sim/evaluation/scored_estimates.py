@@ -28,8 +28,11 @@ class ScoredEstimates:
     name: str
     """The file, or what stands for it."""
     method: str
-    """The file's name up to the first underscore (the BOP rule)."""
+    """What predicted, as it is stated beside the file, or else the file's name up to the first underscore (the BOP
+    rule)."""
     is_file: bool
+    predicted_by: str = ""
+    """The command that predicted, where that is stated."""
 
     @classmethod
     def of(cls, predictions: str | Path | Sequence[PoseEstimate]) -> "ScoredEstimates":
@@ -42,7 +45,9 @@ class ScoredEstimates:
         if isinstance(predictions, (str, Path)):
             path = Path(predictions)
             found = tuple(prediction_file.read(path))
-            return cls(found, prediction_file.count_rejected(path), str(path), path.stem.split("_")[0], True)
+            origin = prediction_file.origin(path)
+            method, command = (path.stem.split("_")[0], "") if origin is None else (origin.method, origin.command)
+            return cls(found, prediction_file.count_rejected(path), str(path), method, True, command)
         estimates = require_estimates(predictions, "the predictions")
         kept = tuple(item for item in estimates if not item.rejected)
         return cls(kept, len(estimates) - len(kept), "the estimates", "estimates", False)

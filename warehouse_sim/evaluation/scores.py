@@ -60,7 +60,7 @@ class ScoresFile(Record):
     """What scores.json holds."""
 
     method: str
-    """Name of the method, from the name of its predictions file."""
+    """Name of the method: of what predicted, or else from the name of its predictions file."""
     dataset: dict[str, Any]
     """Recipe, seed, scenes, split and hash of the manifest; ``WITHOUT_CAD`` and ``WITHOUT_ACCESSIBILITY`` if true."""
     settings: dict[str, Any]
@@ -82,6 +82,8 @@ class ScoresFile(Record):
     """Mean time of the estimator, where the predictions hold it."""
     bop: BopScores | None = field(default=None, metadata={"omitted": True})
     """The scores of the BOP challenges, where they were requested."""
+    predicted_by: str = field(default="", metadata={"omitted": True})
+    """The command that made the predictions, where they say so."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

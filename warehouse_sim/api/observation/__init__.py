@@ -3,6 +3,7 @@
 import logging
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float32, Int32, UInt8, UInt16
@@ -21,6 +22,9 @@ from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import LidarScan, MountedReading
 from warehouse_sim.signature import clear_call
+
+if TYPE_CHECKING:
+    from warehouse_sim.api.observation.open3d_view import Open3dView
 
 log = logging.getLogger(__name__)
 _UNPLACED = np.eye(4)
@@ -205,6 +209,17 @@ class Observation:
             make_folder(Path(path).parent)
             write_bytes(Path(path), encode_rgb(picture))
         return picture
+
+    def to_open3d(self) -> "Open3dView":
+        """Return it as Open3D knows it: ``rgbd``, ``camera`` and ``cloud``; requires the extra ``open3d``.
+
+        Raises:
+            MissingPackageError: Open3D is not installed.
+            DatasetError: The dataset holds no colour, no depth or no calibration.
+        """
+        from warehouse_sim.api.observation.open3d_view import open3d_view
+
+        return open3d_view(self)
 
     @cached_property
     def _sweep(self) -> MountedReading[LidarScan] | None:

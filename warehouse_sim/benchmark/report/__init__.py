@@ -9,13 +9,14 @@ from typing import Any
 from warehouse_sim.benchmark.report.board import Board, Place, boards, first_boards, standings
 from warehouse_sim.benchmark.report.looks import Look, family_of, looks_of, metric_title
 from warehouse_sim.benchmark.report.markdown import HOW, TITLES, cell_text, size_lines
-from warehouse_sim.benchmark.report.panels import Panel, panels
+from warehouse_sim.benchmark.report.panels import panels
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.dataset.files.json_file import read_json
+from warehouse_sim.dataset.viewing.page.template import filled
 from warehouse_sim.errors import DatasetError, EvaluationError
+from warehouse_sim.evaluation.report.metric_help import help_of
 from warehouse_sim.evaluation.report.numbers import percent
-from warehouse_sim.evaluation.report.page import filled
 from warehouse_sim.output import make_folder, write_bytes
 
 __all__ = ["is_results", "write_suite_report"]
@@ -42,7 +43,7 @@ def write_suite_report(paths: Sequence[Path], out: Path) -> Path:
 
     Raises:
         EvaluationError: A file is no result, or two are of the same suite and size.
-        MissingPackageError: matplotlib or jinja2 is not installed.
+        MissingPackageError: plotly or jinja2 is not installed.
     """
     results = {title_of(result): result for result in map(read_result, _chosen(paths))}
     text = _markdown(results) if out.suffix == _MARKDOWN else suite_page(results)
@@ -57,10 +58,8 @@ def suite_page(results: Mapping[str, SuiteResult]) -> str:
     return filled(
         __package__,
         "suites.html.j2",
-        suites=[
-            suite_section(result, boards_of[title], number, len(results) == 1)
-            for number, (title, result) in enumerate(results.items())
-        ],
+        title=next(iter(results)) if len(results) == 1 else "warehouse-sim benchmark",
+        suites=[suite_section(result, boards_of[title], len(results) == 1) for title, result in results.items()],
         across=_across(first_boards(boards_of)),
     )
 
@@ -98,7 +97,10 @@ def _across(found: Mapping[str, Board]) -> dict[str, Any] | None:
     if not lines:
         return None
     return {
-        "heads": [(suite, metric_title(board.metric), board.condition) for suite, board in found.items()],
+        "heads": [
+            (suite, metric_title(board.metric), board.condition, help_of(board.metric))
+            for suite, board in found.items()
+        ],
         "lines": [
             {
                 "name": item.name,
@@ -151,27 +153,26 @@ def title_of(result: SuiteResult) -> str:
     return f"{result.suite} (quick)" if result.quick else result.suite
 
 
-def suite_section(result: SuiteResult, found: Sequence[Board], number: int, alone: bool) -> dict[str, Any]:
+def suite_section(result: SuiteResult, found: Sequence[Board], alone: bool) -> dict[str, Any]:
     """Show a suite: leaderboards, charts, confusions, and what it was made of.
 
     Args:
         result: Of the suite.
         found: Its leaderboards.
-        number: Its place on the page, which distinguishes its charts from those of other suites.
         alone: Whether nothing else is on the page; else charts of other metrics and groups are only counted.
     """
     looks = looks_of(result.estimators)
-    drawn = [(panel, f"s{number}-c{place}-") for place, panel in enumerate(panels(result))]
+    found_panels = list(panels(result))
     return {
         "title": title_of(result),
-        "number": number,
         "question": result.question,
         "size": list(size_lines(result)),
+        "command": result.command,
         "boards": [_board(item, looks) for item in found],
-        "key": _key(result, looks) if drawn else [],
-        "charts": [_drawn(panel, prefix) for panel, prefix in drawn if panel.first],
-        "more": [_drawn(panel, prefix) for panel, prefix in drawn if alone and not panel.first],
-        "folded": 0 if alone else sum(not panel.first for panel, _ in drawn),
+        "key": _key(result, looks) if found_panels else [],
+        "charts": [(panel.title, panel.plot()) for panel in found_panels if panel.first],
+        "more": [(panel.title, panel.plot()) for panel in found_panels if alone and not panel.first],
+        "folded": 0 if alone else sum(not panel.first for panel in found_panels),
         "confusions": _confusions(result),
         "left_out": result.left_out,
         "notes": result.notes,
@@ -192,16 +193,12 @@ def shown_cell(row: Row) -> dict[str, Any]:
     }
 
 
-def _drawn(panel: Panel, prefix: str) -> tuple[str, str]:
-    return panel.title, panel.draw(prefix)
-
-
 def _board(item: Board, looks: dict[str, Look]) -> dict[str, Any]:
     named = [TITLES[item.table], item.condition, *([] if item.group == "all" else [item.group])]
     return {
         "title": ", ".join(named),
         "how": HOW[item.table],
-        "columns": [metric_title(metric) for metric in item.metrics],
+        "columns": [(metric_title(metric), help_of(metric)) for metric in item.metrics],
         "lines": [_line(item, place, looks[place.name]) for place in item.places],
     }
 
@@ -262,7 +259,6 @@ def _confusions(result: SuiteResult) -> list[dict[str, Any]]:
 def _facts(result: SuiteResult) -> dict[str, str]:
     weights = {item.name: item.weights_sha256 for item in result.estimators if item.weights_sha256}
     return {
-        "Command": result.command,
         "Seconds": f"{result.seconds:g}; {result.reused} scores of a run before were used again",
         "Machine": json.dumps(result.machine, ensure_ascii=False),
         "Weights": ", ".join(f"{name} {digest}" for name, digest in weights.items()) or "none",

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count
-from typing import Any, Literal
+from typing import Literal
 
 from warehouse_sim.benchmark.result import EstimatorFacts
 from warehouse_sim.benchmark.rows.row import Row
@@ -18,12 +18,15 @@ _KINDS: dict[str, Kind] = {
     "plane and rectangle": "baseline",
 }
 _COLORS = (*PALETTE[:5], "#b08a00", "#1797b5", "#d35fb0", "#7a9a1d", "#9a6b48")
-_MARKS = (("o", "●"), ("s", "■"), ("^", "▲"), ("D", "◆"), ("v", "▼"), ("P", "✚"), ("X", "✖"))
+_MARKS = (
+    *(("circle", "●"), ("square", "■"), ("triangle-up", "▲"), ("diamond", "◆")),
+    *(("triangle-down", "▼"), ("cross", "✚"), ("x", "✖")),
+)
 _GREY = "#7d8792"
-_REFERENCES: dict[str, tuple[tuple[str, str], Any]] = {
-    "oracle": (("|", "┆"), (0, (1, 2))),
-    "chance": (("x", "×"), (0, (1, 2))),
-    "baseline": (("*", "★"), (0, (5, 2))),
+_REFERENCES: dict[str, tuple[tuple[str, str], str]] = {
+    "oracle": (("line-ns-open", "┆"), "dot"),
+    "chance": (("x-thin-open", "×"), "dot"),
+    "baseline": (("star", "★"), "dash"),
 }
 _LONGEST = 34
 
@@ -32,17 +35,16 @@ _LONGEST = 34
 class Look:
     """Colour and mark of an estimator in charts."""
 
-    number: int
-    """Its place among the estimators of the result; names in a chart's elements are made of it."""
     name: str
     kind: Kind
     """Which reference it is: the ground truth, chance, a baseline; empty for all others."""
     color: str
     mark: str
-    """Of matplotlib."""
+    """Of Plotly."""
     glyph: str
     """The mark as a letter, for the key."""
-    dash: Any = "-"
+    dash: str = "solid"
+    """Of Plotly."""
 
     @property
     def short(self) -> str:
@@ -72,16 +74,16 @@ def looks_of(estimators: Sequence[EstimatorFacts]) -> dict[str, Look]:
     found: dict[str, Look] = {}
     taken: dict[str, int] = {}
     free = count()
-    for number, item in enumerate(estimators):
+    for item in estimators:
         kind, family = kind_of(item.name), family_of(item)
         if kind:
             (mark, glyph), dash = _REFERENCES[kind]
-            found[item.name] = Look(number, item.name, kind, _GREY, mark, glyph, dash)
+            found[item.name] = Look(item.name, kind, _GREY, mark, glyph, dash)
             continue
         if family not in taken:
             taken[family] = next(free)
         mark, glyph = _MARKS[taken[family] % len(_MARKS)]
-        found[item.name] = Look(number, item.name, kind, _COLORS[taken[family] % len(_COLORS)], mark, glyph)
+        found[item.name] = Look(item.name, kind, _COLORS[taken[family] % len(_COLORS)], mark, glyph)
     return found
 
 

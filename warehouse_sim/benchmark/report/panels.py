@@ -8,8 +8,8 @@ from functools import partial
 from warehouse_sim.benchmark.report.board import shorter
 from warehouse_sim.benchmark.report.charts import (
     Axis,
-    Draw,
     Looks,
+    Plot,
     forest_chart,
     lines_chart,
     spread_chart,
@@ -31,7 +31,7 @@ class Panel:
     """A chart of a page."""
 
     title: str
-    draw: Draw
+    plot: Plot
     first: bool
     """Shown at once; the others when requested."""
 
@@ -210,7 +210,7 @@ def _factor(row: Row) -> tuple[str, str]:
 
 
 def _curves(rows: Sequence[Row], looks: Looks) -> Iterator[Panel]:
-    axis = Axis("ADD below this part of the diameter (%)", bands=True)
+    axis = Axis("ADD below this part of the diameter (%)")
     yield from _numbered(_of(rows, "curves"), looks, r"add_(\d+)pct", "Accuracy over threshold", axis)
 
 

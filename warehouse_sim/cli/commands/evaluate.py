@@ -1,6 +1,7 @@
 """``warehouse-sim evaluate`` and ``report``: predictions become scores, and scores a page that a person can look at."""
 
 from pathlib import Path
+from typing import Literal
 
 import tyro
 
@@ -51,7 +52,10 @@ def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite:
 
 
 def report(
-    folders: tyro.conf.Positional[tuple[Path, ...]], out: Path = Path("report.html"), overwrite: bool = False
+    folders: tyro.conf.Positional[tuple[Path, ...]],
+    out: Path = Path("report.html"),
+    frames: int | Literal["all"] = 300,
+    overwrite: bool = False,
 ) -> None:
     """Write one self-contained HTML page about datasets, runs and scores, or about suites of the benchmark.
 
@@ -59,8 +63,9 @@ def report(
         folders: Dataset, run and evaluation folders; or results of suites (SUITE.json) and folders of them, of which
             charts and leaderboards are drawn.
         out: HTML file to write; of suites, a name that ends in .md takes the leaderboards alone, as Markdown.
+        frames: Frames of datasets on the page at most, >= 1, or all; of more, the worst by each filter and a sample.
         overwrite: Replace the file where it has other content.
     """
     from warehouse_sim.api.scoring import report as write
 
-    finish(write_one(out, lambda page: write(*folders, out=page), overwrite))
+    finish(write_one(out, lambda page: write(*folders, out=page, frames=frames), overwrite))

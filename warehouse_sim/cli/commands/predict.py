@@ -1,5 +1,6 @@
 """``warehouse-sim predict``: an estimator and a dataset become a file of poses."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -51,10 +52,11 @@ def predict(
         raise InputError("--exec-timeout is of the program of --exec; leave it out")
     if not 0.0 < exec_timeout <= 86_400.0:
         raise InputError(f"--exec-timeout must be above 0 and at most 86400 s, found {exec_timeout:g}")
+    command = _command(run, exec, data, out, split, config)
     estimator: Any = run if exec is None else ProgramEstimator(exec, exec_timeout)
     try:
         with fraction_progress("predicting") as progress:
-            estimates = estimate(estimator, data, out, split, pictures, progress, **vars(config))
+            estimates = estimate(estimator, data, out, split, pictures, progress, command, **vars(config))
     finally:
         if isinstance(estimator, ProgramEstimator):
             estimator.close()
@@ -62,3 +64,17 @@ def predict(
     if config.reject is not None:
         print(f"rejected: {sum(item.rejected for item in estimates)} of {len(estimates)} estimates")
     finish(out, "evaluate", out, "--data", data, "--split", split, "--out", out.with_suffix(""))
+
+
+def _command(run: str | None, exec: str | None, data: Path, out: Path, split: str, config: PredictConfig) -> str:
+    """Return the command line that gives these predictions, defaults left out."""
+    words = ["warehouse-sim", "predict", *([run] if run else []), *(["--exec", exec] if exec else [])]
+    words += ["--data", str(data), "--out", str(out), "--split", split]
+    for name, value in vars(config).items():
+        if value != getattr(PredictConfig(), name):
+            option = name.replace("_", "-")
+            if isinstance(value, bool):
+                words.append(f"--{option}" if value else f"--no-{option}")
+            else:
+                words += [f"--{option}", *(map(str, value) if isinstance(value, tuple) else [str(value)])]
+    return shlex.join(words)

@@ -1,7 +1,9 @@
-"""``warehouse-sim view`` and ``validate``: a dataset in the Rerun viewer, as a summary, and by its checks."""
+"""``warehouse-sim view`` and ``validate``: a dataset in a viewer, as a page, as a summary, and by its checks."""
 
 import os
+from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -9,9 +11,15 @@ from warehouse_sim.cli.console import count_progress, finish, fraction_progress,
 from warehouse_sim.dataset.checks.findings import Check
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.optional import require_extra
+from warehouse_sim.output import make_folder, write_bytes
+
+if TYPE_CHECKING:
+    from warehouse_sim.dataset.reader import DatasetReader
+    from warehouse_sim.dataset.records import ImageRecord
 
 _PICTURES = 6
 """Images on the contact sheet by default."""
+_PORT = 8088
 
 
 def view(
@@ -19,19 +27,29 @@ def view(
     split: str | None = None,
     limit: int | None = None,
     save: Path | None = None,
+    html: Path | None = None,
+    web: bool = False,
+    port: int = _PORT,
+    open3d: bool = False,
     summary: bool = False,
     out: Path | None = None,
 ) -> None:
-    """Stream observations to the Rerun viewer: images, depth, boxes, masks, clouds, rig and its way.
+    """Look at a dataset: images, depth, clouds, boxes and tracks, in the Rerun viewer, a browser or Open3D.
 
-    With --summary it opens no viewer: it prints counts, histograms and oddities, and writes a contact sheet of images
-    with their labels. Any folder in a format that this package reads can be viewed.
+    Without an option it opens the Rerun viewer. --html and --web need no display here. With --summary it opens no
+    viewer: it prints counts, histograms and oddities, and writes a contact sheet of images with their labels. Any
+    folder in a format that this package reads can be viewed.
 
     Args:
         data: Dataset folder.
         split: Images of this split; of all by default.
-        limit: At most so many images, >= 1: all by default, 6 on the contact sheet of --summary (at most 100).
+        limit: At most so many images, >= 1: all by default, 300 chosen ones on a page, 6 on the contact sheet of
+            --summary (at most 100), the first with --open3d.
         save: File to write (.rrd) in place of opening a viewer, for a machine without a display.
+        html: Page to write (.html) that a browser opens without a network.
+        web: Serve that page on the loopback address, until Ctrl-C.
+        port: Port of --web, 0-65535; 0 for any that is free.
+        open3d: Open one window of Open3D after the other with cloud and boxes.
         summary: Print what the dataset holds, and write contact_sheet.png and survey.txt.
         out: With --summary, folder for both files; DATA-summary by default.
     """
@@ -39,25 +57,78 @@ def view(
         raise InputError(f"--limit must be at least 1, found {limit}")
     if not data.is_dir():
         raise DatasetError(f"{data}: is not a folder; make a dataset with warehouse-sim generate")
-    if summary and save is not None:
-        raise InputError("--save is a recording for the viewer, which --summary does not open; leave one of them out")
+    ways = {"--save": save is not None, "--html": html is not None, "--web": web, "--open3d": open3d}
+    chosen = [*(name for name, given in ways.items() if given), *(["--summary"] if summary else [])]
+    if len(chosen) > 1:
+        raise InputError(f"{' and '.join(chosen)} are different ways to look at a dataset; leave one of them out")
     if summary:
         _summarise(data, out, _PICTURES if limit is None else limit, split)
         return
     if out is not None:
-        raise InputError("--out belongs to --summary; add --summary, or give --save FILE.rrd")
+        raise InputError("--out belongs to --summary; add --summary, or give --save FILE.rrd or --html FILE.html")
+    if html is not None or web:
+        _page(data, split, limit, html, port)
+    elif open3d:
+        _windows(data, split, 1 if limit is None else limit)
+    else:
+        _stream(data, split, limit, save)
+
+
+def _stream(data: Path, split: str | None, limit: int | None, save: Path | None) -> None:
     if save is not None:
         require_ending("--save", save, ".rrd")
     require_extra("view", "to view a dataset")
-    from warehouse_sim.dataset.reader import DatasetReader
     from warehouse_sim.dataset.viewing.stream import open_recording, stream_images
 
-    reader = DatasetReader(data)
-    splits = [name for name in reader.splits if reader.splits[name]] if split in (None, "all") else [split]
-    images = [image for name in splits for image in reader.images(name)][:limit]
+    reader, images = _opened(data, split)
+    images = images[:limit]
     with open_recording(f"{reader.name}-{reader.digest[:12]}", save) as recording, count_progress("images") as progress:
         stream_images(reader, images, recording, progress)
     finish(data if save is None else save)
+
+
+def _opened(data: Path, split: str | None) -> tuple["DatasetReader", list["ImageRecord"]]:
+    """Return a dataset with the images of a split, or of all."""
+    from warehouse_sim.dataset.reader import DatasetReader
+
+    reader = DatasetReader(data)
+    splits = [name for name in reader.splits if reader.splits[name]] if split in (None, "all") else [str(split)]
+    return reader, [image for name in splits for image in reader.images(name)]
+
+
+def _page(data: Path, split: str | None, limit: int | None, html: Path | None, port: int) -> None:
+    """Write a page, or serve it until the user stops it."""
+    if html is not None:
+        require_ending("--html", html, ".html", ".htm")
+    if not 0 <= port < 65536:
+        raise InputError(f"--port must be 0 to 65535, found {port}")
+    require_extra("report", "to write a page")
+    from warehouse_sim.dataset.viewing.page.dataset import dataset_page, served
+    from warehouse_sim.dataset.viewing.page.gallery import FRAMES
+
+    reader, images = _opened(data, split)
+    page = dataset_page(reader, images, limit or FRAMES)
+    if html is not None:
+        make_folder(html.parent)
+        write_bytes(html, page)
+        finish(html)
+        return
+    with served(page, port) as server:
+        print(f"serving: http://127.0.0.1:{server.server_address[1]}/ (Ctrl-C stops)", flush=True)
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
+
+
+def _windows(data: Path, split: str | None, limit: int) -> None:
+    """Open a window of Open3D for each image, after it its successor."""
+    require_extra("open3d", "to view a dataset with --open3d")
+    from warehouse_sim.api.observation import Observation
+    from warehouse_sim.api.observation.open3d_view import show
+
+    reader, images = _opened(data, split)
+    for image in images[:limit]:
+        show(Observation(reader, image))
+    finish(data)
 
 
 def _summarise(data: Path, out: Path | None, count: int, split: str | None) -> None:

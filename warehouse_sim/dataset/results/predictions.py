@@ -2,12 +2,12 @@
 
 ``NAME.csv`` holds what an estimator answers for; ``NAME.uncertainty.json`` the covariance and the errors that it
 expects of each row, and the estimates that it rejected, which no row has: who reads the CSV alone never sees them.
-``NAME.faces.json`` has the faces of the estimates that have any.
+``NAME.faces.json`` has the faces of the estimates that have any. ``NAME.origin.json`` says what predicted.
 """
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -127,10 +127,39 @@ def uncertainty_file(path: Path) -> Path:
     return path.with_suffix(".uncertainty.json")
 
 
-def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
+@dataclass(frozen=True)
+class Origin:
+    """What made a file of predictions."""
+
+    method: str
+    """Name of the estimator."""
+    command: str = ""
+    """The command that ran it; empty where none did."""
+
+
+def _origin_file(path: Path) -> Path:
+    return path.with_suffix(".origin.json")
+
+
+def origin(path: Path) -> Origin | None:
+    """Return what made a pose CSV; None where that is not stated, or is of another CSV that had this name.
+
+    Raises:
+        DatasetError: The file beside it is malformed.
+    """
+    beside = _origin_file(path)
+    if not beside.is_file():
+        return None
+    data, where = read_json(beside), str(beside)
+    if take(data, "csv_sha256", str, where) != file_sum(path):
+        return None
+    return Origin(take(data, "method", str, where), take(data, "command", str, where))
+
+
+def write(path: Path, estimates: Sequence[PoseEstimate], made_by: Origin | None = None) -> None:
     """Write estimates: those that are not rejected as a pose CSV, what is thought of all beside it.
 
-    Where nothing is thought of any, an older file beside it is removed.
+    Where nothing is thought of any, an older file beside it is removed; likewise where it is not said what predicted.
 
     Raises:
         DatasetError: A value is not finite, or the rows of one image differ in time.
@@ -139,6 +168,10 @@ def write(path: Path, estimates: Sequence[PoseEstimate]) -> None:
     rejected = [item for item in estimates if item.rejected]
     pose_csv.write(path, given)
     write_faces(path, given)
+    if made_by is None:
+        _origin_file(path).unlink(missing_ok=True)
+    else:
+        write_json(_origin_file(path), {"csv_sha256": file_sum(path), **asdict(made_by)})
     rows = {row: _plain(item) for row, item in enumerate(given)}
     known = [{"row": row, **plain} for row, plain in rows.items() if plain]
     if not known and not rejected:

@@ -54,10 +54,24 @@ def draw_segment(
     width: int = 1,
 ) -> None:
     """Draw a straight line between two camera-frame points (m), cut at the near plane."""
+    pixels = segment_pixels(camera, start, end)
+    if pixels is not None:
+        places = np.round(pixels * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
+        for p, q in pairwise(places):
+            cv2.line(image, p, q, color, width, cv2.LINE_AA, _SUBPIXEL_BITS)
+
+
+def segment_pixels(
+    camera: PinholeCamera, start: Float[np.ndarray, " 3"], end: Float[np.ndarray, " 3"]
+) -> Float[np.ndarray, "n 2"] | None:
+    """Return the pixels of a straight line between two camera-frame points (m), cut at the near plane; None behind it.
+
+    Without a lens these are its two ends, with one the ends of the pieces that it is drawn with.
+    """
     if start[2] < end[2]:
         start, end = end, start
     if start[2] <= _NEAR:
-        return
+        return None
     if end[2] < _NEAR:
         end = start + (end - start) * (start[2] - _NEAR) / (start[2] - end[2])
     ends = np.stack([start, end])
@@ -66,10 +80,7 @@ def draw_segment(
         fraction = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
         tangents = ends[:, :2] / ends[:, 2:]
         ends = np.column_stack([tangents[0] + fraction * (tangents[1] - tangents[0]), np.ones(len(fraction))])
-    pixels = np.clip(camera.project(ends), -1e5, 1e5)
-    places = np.round(pixels * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
-    for p, q in pairwise(places):
-        cv2.line(image, p, q, color, width, cv2.LINE_AA, _SUBPIXEL_BITS)
+    return np.clip(camera.project(ends), -1e5, 1e5)
 
 
 def colorize_instances(instance_mask: Int[np.ndarray, "h w"]) -> Image:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.dataset.viewing.overlay import colorize_instances
+from warehouse_sim.dataset.viewing.screen import require_screen
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.pose import Transform, invert, quat_wxyz_from_matrix
 from warehouse_sim.optional import require
@@ -163,10 +163,12 @@ def _quaternion(rerun: Any, T: Transform) -> Any:
 
 
 _APPLICATION = "warehouse_sim"
-_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 _PORT = 9876
 _SETTINGS = "XDG_CONFIG_HOME"
-_REMEDY = "write a file with --save FILE.rrd and open it with 'rerun FILE.rrd' where there is one"
+_REMEDY = (
+    "write a page with --html FILE.html or serve one with --web, "
+    "or write --save FILE.rrd and open it with 'rerun FILE.rrd' where there is one"
+)
 
 
 @contextmanager
@@ -242,8 +244,7 @@ def _spawn(recording: Any, port: int) -> None:
     Raises:
         InputError: It cannot show anything here.
     """
-    if sys.platform.startswith("linux") and not any(map(os.environ.get, _SCREENS)):
-        raise InputError(f"no screen for the Rerun viewer: {' and '.join(_SCREENS)} are not set; {_REMEDY}")
+    require_screen("the Rerun viewer", _REMEDY)
     try:
         recording.spawn(port=port, hide_welcome_screen=True)
     except RuntimeError as problem:

@@ -202,6 +202,22 @@ def _lux(reader: DatasetReader) -> Iterator[float]:
             yield from (item.illuminance for item in observation.targets if item.illuminance is not None)
 
 
+def illuminances(reader: DatasetReader, images: Sequence[ImageRecord]) -> dict[tuple[int, int, int], float]:
+    """Return the light (lx) on labels that a scene record tells, by scene, image and position among its labels."""
+    found: dict[tuple[int, int, int], float] = {}
+    if reader.manifest is None:
+        return found
+    for scene_id in dict.fromkeys(image.scene_id for image in images):
+        seen = read_scene_record(reader.root, scene_id, objects=False).observations
+        for image in (item for item in images if item.scene_id == scene_id and item.image_id < len(seen)):
+            lux = {item.instance_id: item.illuminance for item in seen[image.image_id].targets}
+            for target in image.targets:
+                value = lux.get(target.instance_id)
+                if value is not None:
+                    found[scene_id, image.image_id, target.gt_index] = value
+    return found
+
+
 def _titled(title: str, counts: dict[str, int]) -> list[str]:
     if not any(counts.values()):
         return ["", f"{title}: not stated"]

@@ -1,77 +1,82 @@
-"""One look for all charts: inline SVG whose ink follows the page's light or dark scheme."""
+"""Figures as Plotly takes them: plain data, which the page plots in the colours of its scheme."""
 
-import io
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
-from warehouse_sim.optional import require
+import numpy as np
+
+from warehouse_sim.dataset.viewing.page.template import Chart
 
 PALETTE = ("#2f6fde", "#e07b1f", "#1d9a78", "#8a55d7", "#c2405a", "#6b7785")
-_INK = "#101418"
-"""Stands for the page's text colour, which replaces it in the SVG."""
-_STYLE: dict[str, Any] = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "warehouse-sim",
-    "text.parse_math": False,
-    "font.size": 10.0,
-    "font.sans-serif": ["DejaVu Sans"],
-    "text.color": _INK,
-    "axes.labelcolor": _INK,
-    "axes.edgecolor": _INK,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.color": "#8b949e",
-    "grid.alpha": 0.25,
-    "grid.linewidth": 0.6,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9.0,
-    "lines.linewidth": 1.8,
-}
+QUIET = "#8b949e"
+Trace = dict[str, Any]
 
 
-class Chart:
-    """A matplotlib axes on its way to SVG."""
-
-    def __init__(self, figure: Any, axes: Any) -> None:
-        self.axes = axes
-        self._figure = figure
-
-    def legend_above(self) -> None:
-        """Put the legend over the axes, where it hides nothing."""
-        self._figure.legend(loc="outside upper center", ncols=2, columnspacing=1.2, handletextpad=0.5)
-
-    def svg(self, prefix: str = "") -> str:
-        """Return the chart as an ``<svg>`` element.
-
-        Args:
-            prefix: Put before every name in it, so that no two charts of a page share one.
-        """
-        buffer = io.StringIO()
-        metadata = {"Date": None, "Creator": None, "Format": None, "Type": None}
-        self._figure.savefig(buffer, format="svg", transparent=True, metadata=metadata)
-        text = buffer.getvalue()
-        text = text[text.index("<svg") :].replace(_INK, "currentColor")
-        return re.sub(r'(\bid="|xlink:href="#|url\(#)', rf"\g<1>{prefix}", text) if prefix else text
+def numbers(values: Sequence[float] | np.ndarray) -> list[float | None]:
+    """Return numbers with four significant digits; what is not finite is a gap."""
+    return [float(f"{value:.4g}") if np.isfinite(value) else None for value in np.asarray(values, float)]
 
 
-@contextmanager
-def chart(width: float = 4.6, height: float = 3.1) -> Iterator[Chart]:
-    """Open a chart of a size in inches; draw into ``.axes`` and take ``.svg()`` before it closes.
+def words(text: str) -> str:
+    """Return a text that Plotly shows as it is: it knows some tags of HTML."""
+    return escape(text, quote=False)
 
-    Raises:
-        MissingPackageError: matplotlib is not installed.
-    """
-    matplotlib = require("matplotlib", "report", "for the charts of a report")
-    figure_module = require("matplotlib.figure", "report", "for the charts of a report")
-    with matplotlib.rc_context(_STYLE):
-        figure = figure_module.Figure(figsize=(width, height), layout="constrained")
-        yield Chart(figure, figure.add_subplot())
+
+def line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, name: str, color: str, **more: Any) -> Trace:
+    """Return a line through points; ``dash`` and ``width`` are those of Plotly."""
+    look = {"color": color, **{key: more.pop(key) for key in ("dash", "width") if key in more}}
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": numbers(x),
+        "y": numbers(y),
+        "name": words(name),
+        "line": look,
+        **more,
+    }
+
+
+def dots(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, name: str, color: str, **more: Any) -> Trace:
+    """Return points; ``symbol`` and ``size`` are those of Plotly."""
+    look = {"color": color, **{key: more.pop(key) for key in ("symbol", "size", "opacity") if key in more}}
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": numbers(x),
+        "y": numbers(y),
+        "name": words(name),
+        "marker": look,
+        **more,
+    }
+
+
+def whiskers(values: Sequence[float], low: Sequence[float], high: Sequence[float]) -> dict[str, Any]:
+    """Return what Plotly draws as intervals around values."""
+    given = np.asarray(values, float)
+    return {
+        "type": "data",
+        "symmetric": False,
+        "array": numbers(np.asarray(high, float) - given),
+        "arrayminus": numbers(given - np.asarray(low, float)),
+        "width": 0,
+        "thickness": 1.4,
+    }
+
+
+def axis(title: str, span: Sequence[float | None] | None = None, ticks: Mapping[float, str] | None = None) -> Chart:
+    """Return an axis with its title, from one number to another, with names in place of numbers at some places."""
+    named = {} if ticks is None else {"tickvals": list(ticks), "ticktext": [words(name) for name in ticks.values()]}
+    return {"title": {"text": words(title)}, **({} if span is None else {"range": list(span)}), **named}
+
+
+def figure(traces: Sequence[Trace], x: Chart, y: Chart, **layout: Any) -> Chart:
+    """Return a figure; further layout is Plotly's."""
+    return {"data": list(traces), "layout": {"xaxis": x, "yaxis": y, **layout}}
+
+
+def rule(at: float, along: str, **look: Any) -> dict[str, Any]:
+    """Return a thin line across the whole figure at a value of the axis ``along``, "x" or "y"."""
+    other = "y" if along == "x" else "x"
+    ends = {f"{along}0": at, f"{along}1": at, f"{other}0": 0, f"{other}1": 1, f"{other}ref": "paper"}
+    return {"type": "line", **ends, "line": {"color": QUIET, "width": 1, **look}}

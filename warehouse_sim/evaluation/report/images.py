@@ -1,4 +1,4 @@
-"""Images of the report: whole frames with ground-truth boxes, and close-ups of true against estimated pose."""
+"""Close-ups of true against estimated pose."""
 
 import base64
 from collections.abc import Sequence
@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
-from warehouse_sim.dataset.viewing.overlay import Color, Image, colorize_depth, draw_box_3d, draw_segment
+from warehouse_sim.dataset.reader import ObjectInfo
+from warehouse_sim.dataset.viewing.overlay import Color, Image, draw_box_3d, draw_segment
 from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -38,33 +38,6 @@ def jpeg_uri(image: Image) -> str:
     """Return an RGB image as a JPEG data URI."""
     encoded = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
     return "data:image/jpeg;base64," + base64.b64encode(encoded.tobytes()).decode("ascii")
-
-
-def frame_with_boxes(data: DatasetReader, image: ImageRecord, width: int) -> Image:
-    """Return a whole image with the ground-truth boxes of its targets, ``width`` pixels wide."""
-    scale = width / image.camera.width
-    height = round(image.camera.height * scale)
-    camera = image.camera.crop(0.0, 0.0, width, height, scale)
-    canvas = _resize(picture(data, image), width, height)
-    for target in image.targets:
-        draw_box_3d(canvas, camera, target.T_camera_object, target.info(data.objects).size, GT_COLOR, 1)
-    return canvas
-
-
-def picture(data: DatasetReader, image: ImageRecord) -> Image:
-    """Return the colour image; depth in colours where the dataset was made without.
-
-    Raises:
-        DatasetError: It holds neither.
-    """
-    if data.leaves_out("rgb") and data.has_depth:
-        return colorize_depth(data.depth(image))
-    return data.rgb(image)
-
-
-def depth_frame(data: DatasetReader, image: ImageRecord, width: int) -> Image:
-    """Return a whole depth image in colours, ``width`` pixels wide."""
-    return _resize(colorize_depth(data.depth(image)), width, round(image.camera.height * width / image.camera.width))
 
 
 def close_up(

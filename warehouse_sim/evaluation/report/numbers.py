@@ -5,7 +5,8 @@ from typing import Any
 
 from warehouse_sim.evaluation.summary import Summary
 
-NOTHING = "–"
+NOTHING = ""
+"""What a cell without a number holds."""
 
 
 def percent(value: float | None) -> str:

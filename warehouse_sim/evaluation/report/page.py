@@ -10,13 +10,14 @@ import numpy as np
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.contents import ReadingContents
+from warehouse_sim.dataset.viewing.page.gallery import FRAMES, Shown, gallery
+from warehouse_sim.dataset.viewing.page.template import Chart, filled
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation.report import charts
-from warehouse_sim.evaluation.report.images import depth_frame, frame_with_boxes, jpeg_uri
+from warehouse_sim.evaluation.report.answers import answers_of
 from warehouse_sim.evaluation.report.numbers import NOTHING, counted
 from warehouse_sim.evaluation.report.score_sections import evaluation_section, score_row
-from warehouse_sim.evaluation.report.sources import EvaluationSource, RunSource, read_sources
-from warehouse_sim.optional import require
+from warehouse_sim.evaluation.report.sources import EvaluationSource, RunSource, Sources, read_sources
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.schema import MountedReading, Reading
 
@@ -24,19 +25,20 @@ _MANY = 3
 """From more evaluations than this on, each shows one case a group, to keep the page small."""
 
 
-def write_report(folders: Sequence[str | Path], out: str | Path) -> Path:
+def write_report(folders: Sequence[str | Path], out: str | Path, frames: int | None = FRAMES) -> Path:
     """Write one HTML page about dataset, run and evaluation folders; it needs no other file and no network.
 
     Args:
         folders: The folders, or folders that hold them; an evaluation needs its dataset among them.
         out: The page to write.
+        frames: How many frames the gallery has at most, those of all datasets together; None for all.
 
     Returns:
         ``out``.
 
     Raises:
         EvaluationError: No folder is named, one holds nothing to report, or an evaluation's dataset was not given.
-        MissingPackageError: matplotlib or jinja2 is not installed.
+        MissingPackageError: plotly or jinja2 is not installed.
     """
     if not folders:
         raise EvaluationError("there is nothing to report: name at least one dataset, run or evaluation folder")
@@ -50,6 +52,7 @@ def write_report(folders: Sequence[str | Path], out: str | Path) -> Path:
         comparison=_comparison(named),
         evaluations=[evaluation_section(source, label, case_count) for source, label in named],
         runs=[run_section(run) for run in sources.runs],
+        frames=gallery(_shown(sources, named), frames),
         datasets=[dataset_section(data) for data in sources.datasets.values()],
     )
     make_folder(out.parent)
@@ -67,7 +70,19 @@ def _labels(evaluations: Sequence[EvaluationSource]) -> list[str]:
     return [f"{method} ({'/'.join(part[-length:])})" for method, part in zip(methods, parts, strict=True)]
 
 
-def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str, str]]:
+def _shown(sources: Sources, named: Sequence[tuple[EvaluationSource, str]]) -> list[Shown]:
+    """Return the datasets with what methods say of them; of one that was scored, the splits that were."""
+    shown = []
+    for data in sources.datasets.values():
+        mine = [(source, label) for source, label in named if source.data is data]
+        splits = dict.fromkeys(source.scores.dataset["split"] for source, _ in mine) or data.splits
+        images = {(item.split, item.scene_id, item.image_id): item for name in splits for item in data.images(name)}
+        answers = {label: answers_of(source.scores) for source, label in mine}
+        shown.append(Shown(data, list(images.values()), answers))
+    return shown
+
+
+def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str, Chart]]:
     if not named:
         return []
     tables = {label: source.scores.table for source, label in named}
@@ -79,20 +94,9 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
     return drawings
 
 
-_GALLERY_FRAMES, _GALLERY_WIDTH = 7, 900
-
-
 def dataset_section(data: DatasetReader) -> dict[str, Any]:
-    """Describe a dataset and show frames from all over it, with ground-truth boxes and one depth image."""
+    """Describe a dataset."""
     images = [image for split in data.splits for image in data.images(split)]
-    shown = _spread([image for image in images if image.targets] or images, _GALLERY_FRAMES)
-    frames = [
-        {"uri": jpeg_uri(frame_with_boxes(data, image, _GALLERY_WIDTH)), "caption": _frame_caption(image)}
-        for image in shown
-    ]
-    if shown:
-        depth = jpeg_uri(depth_frame(data, shown[0], _GALLERY_WIDTH))
-        frames.insert(1, {"uri": depth, "caption": "Depth of the first: near is warm, no reading is black"})
     manifest, targets = data.manifest, [target for image in images for target in image.targets]
     per_split = {
         split: f"{counted(len(data.splits[split]), 'scene')}, {counted(len(data.images(split)), 'image')}"
@@ -108,7 +112,6 @@ def dataset_section(data: DatasetReader) -> dict[str, Any]:
         "name": data.root.resolve().name,
         "description": "" if manifest is None else manifest.contents.description,
         "facts": facts,
-        "frames": frames,
         "readings": _reading_rows(data, images),
         "recipe": "" if manifest is None else json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
     }
@@ -140,7 +143,7 @@ def run_section(run: RunSource) -> dict[str, Any]:
     }
 
 
-def _training_charts(curves: list[dict[str, float]]) -> list[tuple[str, str]]:
+def _training_charts(curves: list[dict[str, float]]) -> list[tuple[str, Chart]]:
     """Draw the training and validation columns, those of one unit (the last part of their names) together."""
     names = dict.fromkeys(name for row in curves for name in row if name.startswith(("train_", "val_")))
     by_unit: dict[str, list[str]] = {}
@@ -151,17 +154,6 @@ def _training_charts(curves: list[dict[str, float]]) -> list[tuple[str, str]]:
         (titles.get(unit, unit.capitalize()), charts.training_chart(curves, columns, unit))
         for unit, columns in sorted(by_unit.items())
     ]
-
-
-def _frame_caption(image: ImageRecord) -> str:
-    return f"{image.split}, scene {image.scene_id}, image {image.image_id}: {counted(len(image.targets), 'object')}"
-
-
-def _spread(images: list[ImageRecord], count: int) -> list[ImageRecord]:
-    if not images:
-        return []
-    picks = np.unique(np.linspace(0, len(images) - 1, count).round().astype(int))
-    return [images[index] for index in picks]
 
 
 def reading_rows(
@@ -196,25 +188,5 @@ def reading_rows(
 
 
 def render(**context: Any) -> str:
-    """Return the page of some sections: scores, comparison, evaluations, runs, datasets."""
-    return filled(__package__, "page.html.j2", **context)
-
-
-_LOOK = "warehouse_sim.evaluation.report"
-
-
-def filled(package: str, name: str, **context: Any) -> str:
-    """Return a page; whatever it is filled with is escaped.
-
-    Args:
-        package: Package that the template lies in.
-        name: File name of the template; it may include ``look.css.j2``.
-        **context: What the template shows.
-
-    Raises:
-        MissingPackageError: jinja2 is not installed.
-    """
-    jinja2 = require("jinja2", "report", "to write a report")
-    loader = jinja2.ChoiceLoader([jinja2.PackageLoader(place, "") for place in dict.fromkeys((package, _LOOK))])
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template(name).render(**context)
+    """Return the page of some sections: scores, comparison, evaluations, runs, frames, datasets."""
+    return filled(__package__, "report.html.j2", title="warehouse-sim report", **context)

@@ -1,18 +1,23 @@
 """What the page shows of each evaluation, ready for the template."""
 
 import json
+import shlex
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from warehouse_sim.dataset.viewing.page.arrays import base_picture
+from warehouse_sim.dataset.viewing.survey import place_of
 from warehouse_sim.evaluation.docking.fork import DockingFace, docking_faces
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.report import charts
-from warehouse_sim.evaluation.report.images import close_up, jpeg_uri, picture
-from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell, signed
+from warehouse_sim.evaluation.report.answers import errors_in_words
+from warehouse_sim.evaluation.report.images import close_up, jpeg_uri
+from warehouse_sim.evaluation.report.metric_help import help_of
+from warehouse_sim.evaluation.report.numbers import centimetres, counted, degrees, fraction_cell
 from warehouse_sim.evaluation.report.sources import EvaluationSource
-from warehouse_sim.evaluation.scores import WITHOUT_ACCESSIBILITY, WITHOUT_CAD
+from warehouse_sim.evaluation.scores import PREDICTIONS_FILE, WITHOUT_ACCESSIBILITY, WITHOUT_CAD
 from warehouse_sim.evaluation.summary import Summary
 from warehouse_sim.evaluation.trust import BoundCoverage, Trust
 
@@ -55,11 +60,13 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
         "charts": drawings,
         "trust": _trust_lines(scores.trust),
         "bounds": [_bound_row(item) for item in scores.trust.bound],
-        "columns": list(_TABLE_FRACTIONS.values()),
+        "columns": [(title, help_of(name)) for name, title in _TABLE_FRACTIONS.items()],
         "tables": [
-            {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in (*group, scores.overall)]}
+            {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in group if item.gt_count]}
             for name, group in groups.items()
         ],
+        "total": _group_row(scores.overall),
+        "commands": _commands(source),
         "cases": _case_groups(source, case_count),
         "settings": json.dumps(scores.settings, indent=2),
     }
@@ -77,9 +84,9 @@ def score_row(source: EvaluationSource, label: str) -> dict[str, Any]:
         "label": label,
         "data": f"{source.scores.dataset['recipe']} {source.scores.dataset['split']}",
         "found": f"{counts['found']} / {counts['ground_truths']}",
-        "fractions": {title: fraction_cell(overall, name) for title, name in fractions.items()},
+        "fractions": [(title, help_of(name), fraction_cell(overall, name)) for title, name in fractions.items()],
         "median_add": centimetres(overall.metrics["median_add"]),
-        "milliseconds": "–" if seconds is None else f"{1000.0 * seconds:.0f}",
+        "milliseconds": "" if seconds is None else f"{1000.0 * seconds:.0f}",
     }
 
 
@@ -135,8 +142,9 @@ def _case_groups(source: EvaluationSource, count: int) -> list[dict[str, Any]]:
             prediction = int(scores.table.prediction[row])
             estimate = scores.estimates[prediction].T_camera_object if prediction >= 0 else None
             info = target.info(data.objects)
-            crop = close_up(picture(data, image), image.camera, info, target.T_camera_object, estimate)
-            cases.append({"uri": jpeg_uri(crop)} | _case_caption(scores.table, row))
+            crop = close_up(base_picture(data, image), image.camera, info, target.T_camera_object, estimate)
+            frame = f"{data.root.resolve().name}, {place_of(image)}"
+            cases.append({"uri": jpeg_uri(crop), "frame": frame} | _case_caption(scores.table, row))
         groups.append({"title": group.title, "cases": cases})
     return groups
 
@@ -148,13 +156,20 @@ def _case_caption(table: ErrorTable, row: int) -> dict[str, str]:
     )
     if not table.found[row]:
         return {"title": "no estimate", "errors": "", "place": place}
-    add = f"ADD {centimetres(float(table.add[row]))} cm"
-    errors = f"lateral {signed(100.0 * table.lateral[row])} cm, yaw {signed(np.rad2deg(table.yaw[row]))}°"
+    add, errors = errors_in_words(table, row)
     if not table.dockable[row] or table.clearance[row] < 0.0:
         return {"title": add, "errors": errors, "place": place}
     spare = f"docks, {max(0.0, 1000.0 * table.slack[row]):.0f} mm to spare"
     verdict = spare if table.docks()[row] else f"does not dock: {table.limiting_error[row].replace('_', ' ')}"
     return {"title": verdict, "errors": f"{add}, {errors}", "place": place}
+
+
+def _commands(source: EvaluationSource) -> list[str]:
+    """Return the commands that made the numbers: what predicted, where that is known, and what scores it again."""
+    folder, data, split = source.folder.name, source.data.root.resolve().name, source.scores.dataset["split"]
+    options = ["--data", data, "--split", split, "--out", folder]
+    again = shlex.join(["warehouse-sim", "evaluate", f"{folder}/{PREDICTIONS_FILE}", *options])
+    return [*([source.scores.predicted_by] if source.scores.predicted_by else []), again]
 
 
 def _identity_line(source: EvaluationSource) -> str:

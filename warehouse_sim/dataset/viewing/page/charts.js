@@ -1,0 +1,48 @@
+// Charts are plotted when they come into sight, in the colours of the page.
+
+function layoutOf(layout = {}) {
+  const probe = document.body.appendChild(element("i", { style: "color: var(--ink); background: var(--line)" }));
+  const { color, backgroundColor: line } = getComputedStyle(probe);
+  probe.remove();
+  const axis = (given) => ({ gridcolor: line, zerolinecolor: line, automargin: true, ...given });
+  return {
+    height: 330, margin: { l: 56, r: 14, t: 12, b: 46 }, hovermode: "closest",
+    paper_bgcolor: "transparent", plot_bgcolor: "transparent",
+    font: { color, size: 12, family: getComputedStyle(document.body).fontFamily },
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
+    ...layout, xaxis: axis(layout.xaxis), yaxis: axis(layout.yaxis),
+  };
+}
+
+const PLOT = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+
+// The library is large: it starts with the first chart, so that the page opens at once.
+function startPlotly() {
+  const library = document.getElementById("plotly");
+  if (!library) return;
+  const text = library.textContent;
+  library.remove();
+  document.head.append(element("script", { textContent: text }));
+}
+
+function plot(place) {
+  startPlotly();
+  const source = place.querySelector("script");
+  if (!source) return;
+  const { data, layout } = JSON.parse(source.textContent);
+  source.remove();
+  place.given = layout;
+  Plotly.newPlot(place, data, layoutOf(layout), PLOT);
+}
+
+const charts = document.querySelectorAll(".chart");
+const sight = new IntersectionObserver((seen) => {
+  for (const { isIntersecting, target } of seen) {
+    if (isIntersecting) { sight.unobserve(target); requestIdleCallback(() => plot(target)); }
+  }
+}, { rootMargin: "300px" });
+addEventListener("load", () => charts.forEach((place) => sight.observe(place)));
+addEventListener("beforeprint", () => charts.forEach(plot));
+document.addEventListener("theme", () => {
+  for (const place of charts) if (place.given) Plotly.relayout(place, layoutOf(place.given));
+});
