@@ -18,6 +18,7 @@ EXTRAS = {
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
     "view": ("rerun",),
     "cluster": ("ray", "fsspec"),
+    "gym": ("gymnasium",),
     "peers": ("pyrender", "trimesh"),
 }
 """Modules by the extra that brings them, where all of them are needed together."""
