@@ -19,6 +19,7 @@ EXTRAS = {
     "view": ("rerun",),
     "open3d": ("open3d",),
     "cluster": ("ray", "fsspec"),
+    "gym": ("gymnasium",),
     "peers": ("pyrender", "trimesh"),
 }
 """Modules by the extra that brings them, where all of them are needed together."""

@@ -135,12 +135,7 @@ class Runner:
 
     @cached_property
     def _objects(self) -> dict[int, ObjectInfo]:
-        found = {}
-        for model in target_models(self._recipe):
-            meshes = {False: model.mesh(), True: even_mesh(model)}
-            info = object_info(model, Path())
-            found[model.obj_id] = replace(info, read_mesh=partial(_mesh_of, meshes))
-        return found
+        return objects_of(self._recipe)
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
@@ -211,6 +206,16 @@ class Runner:
             "drive": asdict(DRIVE), "truck": asdict(TRUCK),
         }  # fmt: skip
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+
+
+def objects_of(recipe: Recipe) -> dict[int, ObjectInfo]:
+    """Return what estimators need to know of a recipe's targets, by obj_id, with meshes in memory."""
+    found = {}
+    for model in target_models(recipe):
+        meshes = {False: model.mesh(), True: even_mesh(model)}
+        info = object_info(model, Path())
+        found[model.obj_id] = replace(info, read_mesh=partial(_mesh_of, meshes))
+    return found
 
 
 def _mesh_of(meshes: Mapping[bool, TriangleMesh], obj_id: int, even: bool) -> TriangleMesh:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -70,30 +71,38 @@ def starts_in(sampled: SampledScene, camera: PinholeCamera, most: int, is_free: 
         is_free: Whether nothing stands in the way of a start.
     """
     rng = scene_rng(sampled.scene.seed, sampled.scene.scene_index, "closed loop", sampled.scene.attempt)
+    return list(islice(sampled_starts(sampled, camera, is_free, rng), most))
+
+
+def sampled_starts(
+    sampled: SampledScene, camera: PinholeCamera, is_free: Callable[[Start], bool], rng: np.random.Generator
+) -> Iterator[Start]:
+    """Yield starts of a scene, as ``starts_in``, by the stream ``rng``."""
     try:
         space = FreeSpace.of_scene(sampled.scene)
     except PlacementError:
-        return []
+        return
     found: list[Start] = []
     for station, face in _sides(sampled, rng):
         if any(item.pallet is station.pallet for item in found):
             continue
         start = _draw(len(found), station, face, space, camera, rng)
-        found += [] if start is None or not is_free(start) else [start]
-        if len(found) == most:
-            break
-    return found
+        if start is not None and is_free(start):
+            found.append(start)
+            yield start
 
 
-def collisions_of(scene: SceneSpec, start: Start) -> Callable[[FloorPose], bool]:
+def collisions_of(scene: SceneSpec, start: Start, with_pallet: bool = False) -> Callable[[FloorPose], bool]:
     """Return what says whether the truck at a pose touches anything but its pallet.
 
     Args:
         scene: With all that stands there.
         start: How high the forks are, and which pallet they go for.
+        with_pallet: Whether its pallet counts, too.
     """
-    solids = Solids.of(scene.instances, scene.models)
-    others = solids.subset(~solids.of_objects([start.pallet.instance_id]))
+    others = Solids.of(scene.instances, scene.models)
+    if not with_pallet:
+        others = others.subset(~others.of_objects([start.pallet.instance_id]))
     obstacles = others.boxes.subset(others.extents[1][:, 2] > UNDERFOOT)
 
     def touches(pose: FloorPose) -> bool:

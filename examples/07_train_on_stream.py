@@ -1,8 +1,11 @@
 """Train a network on observations that are made while it learns, and stored nowhere.
 
-python examples/train_on_stream.py
+python examples/07_train_on_stream.py
 """
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 import torch
 from torch import nn
@@ -31,3 +34,7 @@ if __name__ == "__main__":
         loss.backward()
         optimizer.step()
         print(f"step {step}: {len(depth)} new observations, loss {loss.item():.3f}")
+    Path("out/examples").mkdir(parents=True, exist_ok=True)
+    panels = [depth[0, 0] / depth.max(), seen[0, 0], network(depth).sigmoid()[0, 0]]  # input, target, prediction
+    picture = torch.cat(panels, dim=1).detach().numpy()
+    cv2.imwrite("out/examples/07_train_on_stream.png", cv2.resize(255 * picture, None, fx=5, fy=5, interpolation=0))

@@ -1,0 +1,116 @@
+"""The environment: a truck before a pallet, to be driven and told when, how far and how high to go in."""
+
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import UInt8
+
+from warehouse_sim.benchmark.docking.closed_loop.drive import COLLIDED
+from warehouse_sim.benchmark.docking.closed_loop.report import DOCKED
+from warehouse_sim.errors import InputError
+from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.gym.command import Action, Command
+from warehouse_sim.gym.eyes import Camera, Eyes, Observation, Poses
+from warehouse_sim.gym.scenes import Scenes
+from warehouse_sim.gym.truck import STAND, Truck
+
+_CONTACT = (COLLIDED, "struck", "pushed", "fell")
+"""Outcomes after which something is broken."""
+_NEARER = 0.1
+"""Reward for a metre nearer to the place where the forks go in."""
+
+
+class Docking(gymnasium.Env[Observation, Action]):
+    """Drive a forklift to a pallet and put the forks into its pockets.
+
+    A step is 0.1 s. An action is what ``Command`` reads from five numbers. ``reset(seed=)`` alone decides the scene,
+    the pallet, its side, where the truck stands, its odometry's errors and the camera's noise.
+
+    The reward of a step is 0.1 for a metre nearer to the place 10 cm before the pallet's side (less when farther),
+    and at the end 1 where the pallet is docked, -1 where anything was hit, 0 else. ``info["outcome"]`` has the word.
+
+    Args:
+        recipe: Where scenes come from: a shipped recipe's name, or a file.
+        observes: "poses", the true place of the entry; "images", colour and depth of the camera between the tips, the
+            pallet's ground-truth mask and the truck's odometry, a new image each second.
+        scenes: How many scenes there are; an episode is in one of them.
+        first_scene: Index of the first one: other scenes are for testing.
+        scene_seed: Of the scenes.
+        render_mode: "rgb_array": ``render`` returns what the camera sees.
+
+    Raises:
+        RecipeError: There is no such recipe.
+        InputError: An argument is none that there is.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012  as gymnasium has it
+
+    def __init__(
+        self,
+        recipe: str = "dock_staging",
+        observes: Literal["poses", "images"] = "poses",
+        scenes: int = 8,
+        first_scene: int = 0,
+        scene_seed: int = 0,
+        render_mode: str | None = None,
+    ) -> None:
+        if observes not in ("poses", "images") or scenes < 1 or first_scene < 0:
+            raise InputError(
+                f"Docking: observes 'poses' or 'images' in one scene or more, found {observes!r} and {scenes} scenes "
+                f"from {first_scene} on"
+            )
+        self.render_mode = render_mode
+        self.recipe = load_recipe(recipe)
+        self._scenes = Scenes(self.recipe, scene_seed, first_scene, scenes)
+        self._camera = Camera(self.recipe, self._scenes.camera)
+        self._eyes: Eyes = self._camera if observes == "images" else Poses()
+        self.observation_space = self._eyes.space
+        self.action_space = spaces.Box(-1.0, 1.0, (5,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Decides it; None goes on with the stream of the last seed.
+            options: None are read.
+
+        Returns:
+            The first observation, and what the truck's computer knows: the pallet's type ("obj_id"), the place that it
+            was sent to in the frame of odometry ("sent", m), the height of the tines ("tines", m), "K" and
+            "T_vehicle_camera".
+        """
+        super().reset(seed=seed)
+        sampled, start = self._scenes.start(self.np_random)
+        self._truck = Truck(start, self.np_random)
+        self._camera.begin(sampled, start, int(self.np_random.integers(2**31)))
+        return self._eyes.observation(self._truck), self._truck.known(self._scenes.camera)
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive for 0.1 s, or go in, which ends the episode."""
+        before = self._away()
+        outcome = self._truck.obey(Command.of(action))
+        reward = _NEARER * (before - self._away()) + (outcome == DOCKED) - (outcome in _CONTACT)
+        info = {"outcome": outcome} if outcome else {}
+        return self._eyes.observation(self._truck), float(reward), bool(outcome), False, info
+
+    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # type: ignore[override]
+        """Return what the truck's camera sees now."""
+        return self._camera.now(self._truck) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Release the renderer."""
+        self._camera.close()
+
+    @property
+    def scene_index(self) -> int:
+        """Which of the recipe's scenes the episode is in."""
+        return self._truck.start.station.scene.scene_index
+
+    def _away(self) -> float:
+        """Return the way (m) from the truck to where the forks go in."""
+        aim = self._truck.aim
+        return float(np.hypot(aim.along - STAND, aim.aside))
