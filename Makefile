@@ -37,13 +37,19 @@ test-slow: .venv/.ready-dev .venv/.ready-speed
 test-faults: .venv/.ready-dev
 	$(BIN)/python -m tests.faults.run
 
-test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready
-	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python $(BIN)/python -m pytest -m ecosystem
+test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready .venv-ppf/.ready
+	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python WAREHOUSE_SIM_PPF=$(PWD)/.venv-ppf/bin/python $(BIN)/python -m pytest -m ecosystem
 
 # Tools of many licences, some of them AGPL: never a dependency, never beside the package.
 .venv-ecosystem/.ready: tests/ecosystem/requirements.txt
 	$(BIN)/python -m venv .venv-ecosystem
 	.venv-ecosystem/bin/python -m pip install --quiet --requirement tests/ecosystem/requirements.txt
+	touch $@
+
+# opencv-contrib replaces OpenCV: it has an environment of its own.
+.venv-ppf/.ready:
+	$(BIN)/python -m venv .venv-ppf
+	.venv-ppf/bin/python -m pip install --quiet opencv-contrib-python-headless trimesh
 	touch $@
 
 lint: .venv/.ready-dev
@@ -82,4 +88,4 @@ setup-demo: .venv/.ready-demo
 	sh setup.sh $*
 
 clean:
-	rm -rf .venv .venv-ecosystem out build dist
+	rm -rf .venv .venv-ecosystem .venv-ppf out build dist

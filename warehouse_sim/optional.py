@@ -12,6 +12,7 @@ EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
     "lidar": ("sklearn",),
+    "open3d": ("open3d",),
     "detectors": ("transformers", "PIL"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("plotly", "jinja2"),

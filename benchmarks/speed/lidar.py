@@ -82,7 +82,7 @@ def _rays_cast(raycaster: RayCaster, config: LidarConfig, T_world_lidar: Transfo
 
 
 def _open3d_scene(subject: Subject) -> tuple[Any, Cost]:
-    open3d = require("open3d", "peers", "for the LiDAR row")
+    open3d = require("open3d", "open3d", "for the LiDAR row")
     mesh = _solid_mesh(subject)
 
     def build() -> Any:

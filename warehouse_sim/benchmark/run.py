@@ -18,9 +18,10 @@ from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, S
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import require_metrics, score_rows
+from warehouse_sim.benchmark.rows.scores import require_metrics, score_rows, worst_rows
 from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
+from warehouse_sim.benchmark.sealed.seal import read_facts, unsealed
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
 from warehouse_sim.benchmark.third_party import counted, on_folder
@@ -79,6 +80,7 @@ def run_suite(
     config: RunConfig = RunConfig(),
     progress: Progress = lambda fraction, note: None,
     data: Path | None = None,
+    sealed: Path | None = None,
 ) -> SuiteResult:
     """Run a suite, write ``results/SUITE.json`` and the page beside it, and return the result.
 
@@ -91,7 +93,8 @@ def run_suite(
         quick: Whether at small sizes.
         config: Where and how.
         progress: Called with the fraction that is done and what is going on.
-        data: Third-party folder that is scored in place of the suite's own data.
+        data: Third-party folder that is scored in place of the suite's own data, or the public half of a frozen set.
+        sealed: The sealed half of that set, which the caller has checked.
 
     Raises:
         UnknownNameError: There is no such recipe, estimator or disturbance.
@@ -106,6 +109,8 @@ def run_suite(
     run.groups = list(_entrants(run, estimators)) if estimators else [entrant(name) for name in run.suite.estimators]
     if "recorded" in suite.takes:
         extra += _on_recorded(run, data)
+    elif sealed is not None:
+        _on_sealed(run, sealed, data)
     elif data is not None:
         _on_folder(run, data, estimators)
     else:
@@ -207,6 +212,27 @@ def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
     run.notes.append(rules.text)
 
 
+def _on_sealed(run: _Run, sealed: Path, public: Path | None) -> None:
+    """Run the suite on a frozen set whose halves are both there.
+
+    Raises:
+        InputError: One is not, or the set is of another suite.
+    """
+    facts = read_facts(sealed)
+    if public is None or facts.suite != run.suite.name or not set(facts.data) <= set(run.suite.data):
+        raise InputError(
+            f"--sealed {sealed}: holds {facts.name} of the suite {facts.suite}; name its folder with --data"
+        )
+    run.progress(0.0, f"{facts.name} is unpacked")
+    for name, root in unsealed(sealed, public, run.config.out / "unsealed" / facts.name).items():
+        run.opened[name] = Opened(MadeSet(name, root), DatasetReader(root), {})
+    kept = {name: item for name, item in run.suite.evaluated.items() if item.data in run.opened}
+    run.suite = replace(run.suite, conditions=kept)
+    run.notes.append(f"frozen set {facts.name}")
+    _train(run)
+    _ask(run)
+
+
 def _on_recorded(run: _Run, data: Path | None) -> list[Row]:
     """Score what of some recorded frames can be scored, and say what cannot."""
     if data is None:
@@ -294,8 +320,9 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, repo
 
 
 def _rows(run: _Run) -> Iterator[Row]:
-    for answer in run.answers:
-        yield from score_rows(answer, run.suite)
+    scores = [row for answer in run.answers for row in score_rows(answer, run.suite)]
+    yield from worst_rows(scores, list(run.suite.evaluated)) if run.suite.worst_first else ()
+    yield from scores
     yield from chain.from_iterable(effect_rows(run.answers, run.suite, item) for item in run.suite.compare)
     yield from _found(run)
     yield from _simulated(run)

@@ -171,6 +171,8 @@ class Suite:
     """Where the bins of groupings begin and end."""
     compare: tuple[CompareConfig, ...] = ()
     """Paired effects."""
+    worst_first: bool = False
+    """Whether the headline is the condition in which each estimator docks least."""
     curves: bool = False
     """Whether accuracy over threshold and quantiles of the error are given."""
     detectors: tuple[str, ...] = ()

@@ -45,6 +45,7 @@ for _registry, _module, _names in _CONSTANTS:
 ESTIMATORS.add("rectangle-fit", "warehouse_sim.estimators.pose.fitting.fit:rectangle_fit")
 ESTIMATORS.add("icp-multistart", "warehouse_sim.estimators.pose.fitting.fit:PoseFit")
 ESTIMATORS.add("oracle-icp", "warehouse_sim.estimators.pose.icp.oracle:OracleIcp")
+ESTIMATORS.add("fpfh-fgr", "warehouse_sim.estimators.pose.fpfh:FpfhFgr")
 ESTIMATORS.add("front-fit", "warehouse_sim.estimators.pose.faces.estimator:FaceEstimator")
 SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxClusters")
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")

@@ -46,6 +46,30 @@ def test_a_program_predicts(folder: Path, toy_root: Path) -> None:
     assert {row.T_camera_object[2, 3] for row in rows} == {2.5}
 
 
+CAD = """
+import json, sys
+for line in sys.stdin:
+    image = json.loads(line)
+    for item in image["objects"]:
+        size = len(open(item["mesh"], "rb").read())
+        print(item["obj_id"], item["name"], item["class_name"], round(item["diameter"], 6), size, file=sys.stderr)
+    print("", flush=True)
+"""
+
+
+def test_a_program_gets_the_cad(folder: Path, toy_root: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (folder / "cad.py").write_text(CAD)
+    assert run_program(toy_root, "--exec", f"{sys.executable} cad.py") == 0
+    lines = set(capfd.readouterr().err.splitlines())
+    for info in DatasetReader(toy_root).objects.values():
+        mesh = info.mesh()
+        told = [line.split() for line in lines if line.startswith(f"{info.obj_id} {info.name} ")]
+        (words,) = told
+        assert words[2] == info.class_name
+        assert float(words[3]) == round(info.diameter, 6)
+        assert int(words[4]) > 12 * len(mesh.vertices) + 13 * len(mesh.faces)
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

@@ -15,6 +15,7 @@ from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
+from warehouse_sim.estimators.detections import GT
 from warehouse_sim.estimators.own.program import PROGRAM
 from warehouse_sim.estimators.own.source import is_own_source, source_file
 from warehouse_sim.estimators.registries import ESTIMATORS
@@ -23,7 +24,9 @@ from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
 from warehouse_sim.version import __version__
 
-ORACLE, SHUFFLED = "oracle", "shuffled"
+ORACLE, SHUFFLED, CEILING = "oracle", "shuffled", "oracle-icp"
+LADDER = (SHUFFLED, "rectangle-fit", "icp-multistart", CEILING, ORACLE)
+"""References of every table, from chance to truth; methods stand before the ceiling of the sensor."""
 Fraction = Callable[[float, str], None]
 _SEED = 20_260
 """Of the shuffling."""
@@ -131,6 +134,8 @@ class Evaluated:
             ConfigError: The condition sets what is no setting of prediction.
         """
         plain = to_mapping(self.way.config) | condition.predict
+        if self.way.model == CEILING:
+            plain["detections"] = GT  # whatever others find: it reads the labels
         return from_mapping(PredictConfig, plain, f"conditions: {condition.data}: predict")
 
     def estimates(

@@ -22,6 +22,7 @@ from warehouse_sim.estimators.detections import Finder
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.pose.choose import Selection
+from warehouse_sim.estimators.pose.icp.oracle import OracleIcp
 from warehouse_sim.estimators.predict import require_known
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
@@ -135,6 +136,8 @@ def answers(
     if config.calibration != reader.calibration:
         reader = DatasetReader(reader.root, config.calibration)
     estimator, images = way.open(reader.objects), reader.images(split)
+    if isinstance(estimator, OracleIcp):
+        estimator.show(images)
     require_known(estimator, reader, images)
     may_be = _candidates(estimator, reader) if disturb == UNNAMED else ()
     finder = Finder(config.detections, config.gravity, config.depth, config.objects)

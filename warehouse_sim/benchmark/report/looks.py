@@ -10,9 +10,10 @@ from warehouse_sim.benchmark.result import EstimatorFacts
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.evaluation.report.figure import PALETTE
 
-Kind = Literal["", "oracle", "chance", "baseline"]
+Kind = Literal["", "oracle", "ceiling", "chance", "baseline"]
 _KINDS: dict[str, Kind] = {
     "oracle": "oracle",
+    "oracle-icp": "ceiling",
     "shuffled": "chance",
     "rectangle-fit": "baseline",
     "plane and rectangle": "baseline",
@@ -25,6 +26,7 @@ _MARKS = (
 _GREY = "#7d8792"
 _REFERENCES: dict[str, tuple[tuple[str, str], str]] = {
     "oracle": (("line-ns-open", "┆"), "dot"),
+    "ceiling": (("line-ew-open", "┈"), "dashdot"),
     "chance": (("x-thin-open", "×"), "dot"),
     "baseline": (("star", "★"), "dash"),
 }
@@ -37,7 +39,7 @@ class Look:
 
     name: str
     kind: Kind
-    """Which reference it is: the ground truth, chance, a baseline; empty for all others."""
+    """Which reference it is: the ground truth, the ceiling of the sensor, chance, a baseline; empty for all others."""
     color: str
     mark: str
     """Of Plotly."""
@@ -53,8 +55,8 @@ class Look:
 
     @property
     def is_bound(self) -> bool:
-        """Whether it is the ground truth or chance: bounds of a score, not competitors."""
-        return self.kind in ("oracle", "chance")
+        """Whether it is the ground truth, the sensor's ceiling or chance: bounds of a score, not competitors."""
+        return self.kind in ("oracle", "ceiling", "chance")
 
 
 def shortened(text: str) -> str:
@@ -98,6 +100,9 @@ _HEADLINES = ("dock_0mm", "add_adds_10pct", "add_10pct", "docked", "ap_box_50")
 _PATTERNS = (
     (r"dock_0mm", "docked"),
     (r"dock_nominal_0mm", "docked, nominal pockets"),
+    (r"dock_stack_0mm", "stacks docked"),
+    (r"dock_stack_(\d+)mm", r"stacks docked, \1 mm to spare"),
+    (r"dock_gate_50mm_3deg_40mm", "50 mm sideways, 3° yaw, 40 mm up"),
     (r"dock_(\d+)mm", r"docked, \1 mm to spare"),
     (r"dock_nominal_(\d+)mm", r"docked, nominal pockets, \1 mm to spare"),
     (r"add_adds_(\d+)pct", r"ADD(-S) < \1 % d"),

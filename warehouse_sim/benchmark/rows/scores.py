@@ -1,6 +1,7 @@
 """Rows of a result made of scores: fractions of every group and metric, accuracy over threshold, spread of errors."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -12,9 +13,10 @@ from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
-from warehouse_sim.evaluation.summary import pass_values
+from warehouse_sim.evaluation.summary import DOCKING_MARGIN_MM, pass_values
 
 RESAMPLES = 1000
+_HEADLINE = "dock_0mm"
 _AMONG_FOUND = "_of_found"
 LINEMOD_SYMMETRIC = (10, 11)
 """Eggbox and glue, of which LINEMOD's users take the distance to the nearest point (Hinterstoisser et al. 2012)."""
@@ -24,9 +26,14 @@ def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
     """Return one value in 0-1 a ground truth by metric, nan where it does not apply.
 
     Beside those of ``evaluation.summary``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
-    eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate.
+    eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate, and
+    ``dock_stack_<m>mm`` is docking of pallets in a stack, taken as a whole.
     """
     values = pass_values(table, range(1, 11))
+    in_stack, of_stacks = table.stacked == 1, pass_values(table.as_stacks())
+    for margin in DOCKING_MARGIN_MM:
+        values[f"dock_stack_{margin}mm"] = column = np.full(len(table), np.nan)
+        column[in_stack] = of_stacks[f"dock_{margin}mm"]
     symmetric = np.isin(table.obj_id, LINEMOD_SYMMETRIC)
     values |= {
         f"add_adds_{k}pct": np.where(symmetric, values[f"add_s_{k}pct"], values[f"add_{k}pct"]) for k in (2, 5, 10)
@@ -67,6 +74,28 @@ def _fraction_rows(answer: Answer, suite: Suite, table: Table, metrics: Sequence
             row = _fraction_row(answer, table, label, metric, values[:, rows], subjects.table.scene_id[rows])
             if row is not None:
                 yield row
+
+
+WORST = "worst layout"
+"""Condition of the rows that state how good everybody is where it is worst."""
+
+
+def worst_rows(rows: Sequence[Row], conditions: Sequence[str]) -> Iterator[Row]:
+    """Yield the scores of each estimator under the condition where its headline is lowest, as those of ``WORST``.
+
+    Who was not scored under every condition has none. Intervals are those of that condition.
+
+    Args:
+        rows: Of table "scores".
+        conditions: All of the suite.
+    """
+    whole = [row for row in rows if row.table == "scores" and row.group == "all"]
+    for name in dict.fromkeys(row.estimator for row in whole):
+        docked = {row.condition: row.value for row in whole if row.estimator == name and row.metric == _HEADLINE}
+        if set(docked) == set(conditions):
+            worst = min(docked, key=lambda condition: docked[condition])
+            mine = (row for row in whole if row.estimator == name and row.condition == worst)
+            yield from (replace(row, condition=WORST) for row in mine)
 
 
 def _fraction_row(

@@ -4,6 +4,7 @@ import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -12,12 +13,18 @@ from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.optional import missing, require_extra
 
+if TYPE_CHECKING:
+    from warehouse_sim.benchmark.suite import Suite
+
 
 def bench(
     suite: tyro.conf.Positional[str],
     estimators: tuple[str, ...] = (),
     quick: bool = False,
     data: Path | None = None,
+    sealed: Path | None = None,
+    sums: Path | None = None,
+    seal: Path | None = None,
     out: Path = Path("out/bench"),
     workers: int | None = None,
     overwrite: bool = False,
@@ -34,7 +41,12 @@ def bench(
             +lidar and so on (docs/benchmark.md), file.py:Class, "exec:COMMAND", a CSV of poses or a folder of such; by
             default those of the suite.
         quick: Small sizes: minutes on two cores, wide intervals.
-        data: Third-party folder that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames.
+        data: Third-party folder that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames; with
+            --sealed the public folder of a frozen set.
+        sealed: Ground truth of a frozen set, whose SHA-256 is checked: its maker runs the suite on it.
+        sums: List of hashes that came with a sealed set that this package does not list.
+        seal: Run nothing, but make a fresh frozen set of the suite's recipes: this public folder and, beside it, its
+            sealed file. A run that was stopped goes on.
         out: Folder for data, predictions, scores and results.
         workers: Processes that generate, then train, predict and score side by side; one per processor by default.
         overwrite: Predict and score again, whatever is kept; data stay.
@@ -43,9 +55,14 @@ def bench(
     require_extra("learn", "to predict")
     from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.run import RunConfig, result_file, run_suite
-    from warehouse_sim.benchmark.suite import load_suite
+    from warehouse_sim.benchmark.sealed.seal import require_sealed
+    from warehouse_sim.benchmark.suite import load_suite, quickened
     from warehouse_sim.resources import suite_names
 
+    if seal is not None:
+        return _seal(quickened(load_suite(suite)) if quick else load_suite(suite), seal, processes(workers))
+    if sealed is not None:
+        require_sealed(sealed, sums)
     config = RunConfig(out, processes(workers), overwrite)
     failed = False
     for name in suite_names() if suite == "all" else [suite]:
@@ -57,7 +74,7 @@ def bench(
         try:
             with fraction_progress(loaded.title) as progress:
                 with_command = replace(config, command=shlex.join(command))
-                result = run_suite(loaded, estimators, quick, with_command, progress, given)
+                result = run_suite(loaded, estimators, quick, with_command, progress, given, sealed)
         except WarehouseSimError as problem:
             if suite != "all":
                 raise
@@ -74,6 +91,23 @@ def bench(
         _draw(path)
         finish(path)
     return int(failed)
+
+
+def _seal(suite: "Suite", folder: Path, workers: int) -> int:
+    from warehouse_sim.benchmark.sealed.make import make_set
+
+    total = len([item for item in suite.data.values() if not item.trained_on])
+    seen = dict[str, int]()
+    with fraction_progress(folder.name) as progress:
+
+        def report(name: str, done: int, scenes: int) -> None:
+            seen[name] = done
+            progress((len(seen) - 1 + done / scenes) / total, f"{name}: {done} of {scenes} scenes")
+
+        path, digest = make_set(suite, folder, workers, report)
+    print(f"{digest}  {path.name}")
+    finish(path)
+    return 0
 
 
 def _draw(path: Path) -> None:

@@ -7,13 +7,16 @@ import tyro
 
 from warehouse_sim.cli.checks import write_beside, write_one
 from warehouse_sim.cli.console import finish
+from warehouse_sim.errors import InputError
 
 
 def evaluate(
     predictions: tyro.conf.Positional[Path],
-    data: Path,
     out: Path,
+    data: Path | None = None,
     split: str = "test",
+    sealed: Path | None = None,
+    sums: Path | None = None,
     bop: bool = False,
     vsd: bool = False,
     overwrite: bool = False,
@@ -21,14 +24,22 @@ def evaluate(
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
 
     Args:
-        predictions: BOP pose CSV, or a folder of KITTI result files, which get KITTI's average precision.
+        predictions: BOP pose CSV, or a folder of KITTI result files, which get KITTI's average precision; for a sealed
+            set a folder with a CSV for each of its layouts.
+        out: Folder for ``scores.json`` (``kitti_scores.json``; ``SUITE.json`` of a sealed set, aggregates only).
         data: Dataset folder that holds the ground truth.
-        out: Folder for ``scores.json`` (``kitti_scores.json``).
         split: Split to score on, or all of them.
+        sealed: Sealed ground truth of a frozen test set in place of --data; its SHA-256 is checked.
+        sums: List of hashes that came with a sealed set that this package does not list.
         bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
         vsd: Add to these the recall by VSD and the average recall of BOP 2019; it draws every pose.
         overwrite: Replace scores with other content that stand in the folder.
     """
+    if sealed is not None:
+        _evaluate_sealed(predictions, sealed, sums, out, overwrite)
+        return
+    if data is None:
+        raise InputError("evaluate: needs --data, the dataset folder, or --sealed, the file of a frozen set")
     if predictions.is_dir():
         _evaluate_kitti(predictions, data, out, split, overwrite)
         return
@@ -40,6 +51,17 @@ def evaluate(
     for line in scores.summary():
         print(line)
     finish(path, "report", data, out, "--out", out / "report.html")
+
+
+def _evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None, out: Path, overwrite: bool) -> None:
+    from warehouse_sim.benchmark.report.markdown import summary
+    from warehouse_sim.benchmark.result import write_result
+    from warehouse_sim.benchmark.sealed.score import evaluate_sealed
+
+    result = evaluate_sealed(predictions, sealed, sums)
+    print("\n".join(summary(result)))
+    name = f"{result.suite}.json"
+    finish(write_beside(out, lambda folder: write_result(result, folder / name), overwrite), "report", out / name)
 
 
 def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite: bool) -> None:

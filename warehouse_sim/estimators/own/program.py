@@ -20,11 +20,13 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_depth, encode_mask, encode_rgb, farthest_depth
+from warehouse_sim.dataset.files.ply import write_ply
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.results.pose_csv import estimate_fault
 from warehouse_sim.errors import InputError, shown
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.schema import PoseEstimate
 
 PROGRAM = "exec:"
@@ -54,6 +56,7 @@ class ProgramEstimator(PoseEstimator):
         self._timeout, self._line = timeout, 0
         self._folder = tempfile.TemporaryDirectory(prefix="warehouse-sim-")
         self._numbers: dict[str, int] = {}
+        self._objects: list[dict[str, Any]] = []
         try:
             self._process = subprocess.Popen(
                 words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1, errors="replace",
@@ -68,8 +71,9 @@ class ProgramEstimator(PoseEstimator):
         ).start()
 
     def onboard(self, objects: Mapping[int, ObjectInfo]) -> None:
-        """Learn the numbers of a dataset's objects by name, for poses that name one."""
+        """Learn the numbers of a dataset's objects by name, for poses that name one, and hand out their CAD."""
         self._numbers = {info.name: number for number, info in objects.items()}
+        self._objects = [self._object(info) for info in objects.values()]
 
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return the poses that the program gives for an image.
@@ -116,7 +120,22 @@ class ProgramEstimator(PoseEstimator):
             "rgb": str(folder / "rgb.png") if image.rgb is not None else None,
             "depth": str(folder / "depth.png"),
             "depth_scale": 1.0 / STEPS_PER_METRE,
+            "objects": self._objects,
             "detections": [self._detection(item, i) for i, item in enumerate(image.detections)],
+        }
+
+    def _object(self, info: ObjectInfo) -> dict[str, Any]:
+        """Return what a program is told of an object; the mesh, where there is CAD, is in millimetres, as BOP's."""
+        mesh = Path(self._folder.name) / f"obj_{info.obj_id:06d}.ply" if info.has_cad else None
+        if mesh is not None:
+            surface = info.mesh()
+            write_ply(mesh, TriangleMesh(1000.0 * surface.vertices, surface.faces))
+        return {
+            "obj_id": info.obj_id,
+            "name": info.name,
+            "class_name": info.class_name,
+            "diameter": info.diameter,
+            "mesh": None if mesh is None else str(mesh),
         }
 
     def _detection(self, item: Detection, position: int) -> dict[str, Any]:

@@ -1,0 +1,189 @@
+"""A frozen set gives strangers no truth, checks its seal, and scores as the open dataset does."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.shared import Shared
+from warehouse_sim.benchmark.entrants.entrant import Oracle
+from warehouse_sim.benchmark.result import SuiteResult, read_result
+from warehouse_sim.benchmark.run import RunConfig, run_suite
+from warehouse_sim.benchmark.sealed.make import make_set
+from warehouse_sim.benchmark.sealed.public import levelled
+from warehouse_sim.benchmark.sealed.score import evaluate_sealed
+from warehouse_sim.benchmark.sealed.seal import read_facts, require_sealed, unsealed
+from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, load_suite
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.results import predictions
+from warehouse_sim.errors import InputError, OutputError
+from warehouse_sim.estimators.gravity import down_of_camera
+from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.settings import PredictConfig
+from warehouse_sim.geometry.pose import invert
+
+pytestmark = pytest.mark.gl
+_LAYOUTS = ("selective_rack", "industrial")
+
+
+def tiny() -> Suite:
+    """Return the suite of warehouses on two small datasets, with ground-truth masks."""
+    data = DataConfig("smoke", 71, 1, 2)
+    return replace(
+        load_suite("warehouses"),
+        data={name: replace(data, seed=71 + number) for number, name in enumerate(_LAYOUTS)},
+        conditions={name: ConditionConfig(name) for name in _LAYOUTS},
+        compare=(),
+    )
+
+
+@pytest.fixture(scope="module")
+def frozen(shared: Shared) -> Path:
+    """Return the public folder of a small set; the sealed file lies beside it."""
+    return shared.made("frozen", lambda folder: make_set(tiny(), folder / "tiny-v1", 1)) / "tiny-v1"
+
+
+@pytest.fixture(scope="module")
+def whole(frozen: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return the datasets of both halves put together."""
+    return unsealed(frozen.with_name("tiny-v1.sealed"), frozen, tmp_path_factory.mktemp("whole"))
+
+
+@pytest.mark.parametrize(
+    "word", ["seed", "instance", "cam_R_m2c", "cam_t_m2c", "visib", "bbox", "access", "free", "pose"]
+)
+def test_no_public_table_says_anything_of_the_truth(frozen: Path, word: str) -> None:
+    tables = [path for path in frozen.rglob("*") if path.suffix in (".json", ".txt", ".csv", ".yaml", ".md", ".sha256")]
+    assert len(tables) >= 8
+    for path in tables:
+        assert word not in path.read_text().lower(), path
+
+
+def test_public_files_are_images_calibration_cad_and_lists_of_targets(frozen: Path) -> None:
+    kinds = {
+        path.relative_to(frozen).parts[1] for path in frozen.rglob("*") if path.is_file() and path.parent != frozen
+    }
+    assert kinds == {"camera.json", "models", "models_eval", "test", "test_targets_bop19.json"}
+    scenes = {path.name for path in frozen.glob("*/test/*/*")}
+    assert scenes == {"rgb", "depth", "scene_camera.json"}
+    assert not list(frozen.parent.glob("*.unsealed")), "what it was made in is gone"
+
+
+def test_no_public_file_holds_a_seed(frozen: Path) -> None:
+    seeds = read_facts(frozen.with_name("tiny-v1.sealed")).seeds
+    assert len({*seeds.values()}) == len(_LAYOUTS)
+    for path in (path for path in frozen.rglob("*") if path.is_file()):
+        data = path.read_bytes()
+        assert not any(str(seed).encode() in data or seed.to_bytes(8, "little") in data for seed in seeds.values()), (
+            path
+        )
+        if path.suffix == ".png":
+            assert not any(kind in data for kind in (b"tEXt", b"iTXt", b"zTXt", b"eXIf", b"tIME")), path
+
+
+def test_no_public_camera_says_where_it_stands(frozen: Path, whole: dict[str, Path]) -> None:
+    for name, root in whole.items():
+        private, public = DatasetReader(root).images("test"), DatasetReader(frozen / name).images("test")
+        assert len(private) == len(public) > 0
+        for mine, theirs in zip(private, public, strict=True):
+            assert not theirs.targets
+            np.testing.assert_allclose(theirs.T_world_camera[:2, 3], 0.0, atol=1e-9)
+            down = down_of_camera(mine.T_world_camera)
+            np.testing.assert_allclose(down_of_camera(theirs.T_world_camera), down, atol=1e-6)
+            assert abs(theirs.T_world_camera[2, 3] - mine.T_world_camera[2, 3]) < 1e-6
+
+
+def test_a_levelled_camera_is_rigid_and_looks_along_x() -> None:
+    T_world_camera = np.eye(4)
+    T_world_camera[:3, :3] = np.array([[0.6, 0.0, 0.8], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]])
+    T_world_camera[:3, 3] = 3.0, -2.0, 1.5
+    T = levelled(T_world_camera)
+    np.testing.assert_allclose(T @ invert(T), np.eye(4), atol=1e-12)
+    assert abs(T[1, 2]) < 1e-12 < T[0, 2]
+    assert T[:3, 3].tolist() == [0.0, 0.0, 1.5]
+
+
+def answered(whole: dict[str, Path], folder: Path) -> Path:
+    """Write the labels as predictions on a set, and return their folder."""
+    folder.mkdir()
+    for name, root in whole.items():
+        found = Oracle().estimates(DatasetReader(root), "test", ConditionConfig(name), lambda fraction, note: None)
+        predictions.write(folder / f"{name}.csv", found)
+    return folder
+
+
+def test_truth_is_right_in_every_number_and_a_result_has_no_image(
+    frozen: Path, whole: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sealed, sums = str(frozen.with_name("tiny-v1.sealed")), str(frozen / "sealed.sha256")
+    mine = answered(whole, tmp_path / "mine")
+    assert main(["evaluate", str(mine), "--sealed", sealed, "--sums", sums, "--out", str(tmp_path / "s")]) == 0
+    assert "frozen set tiny-v1" in capsys.readouterr().out
+    result = read_result(tmp_path / "s" / "warehouses-v1.json")
+    assert result.rows
+    assert all(row.value == 1.0 for row in result.rows)
+    assert {row.condition for row in result.rows} == {"worst layout", *_LAYOUTS}
+    assert all(item.seed is None for item in result.data)
+    assert [path.name for path in (tmp_path / "s").iterdir()] == ["warehouses-v1.json"]
+    open_one = run_on(frozen, tmp_path / "bench", "oracle")
+    assert [row.value for row in open_one.rows] == [row.value for row in result.rows]
+
+
+def run_on(frozen: Path, out: Path, *who: str) -> SuiteResult:
+    """Run the suite as the maker of the set does."""
+    sealed = frozen.with_name("tiny-v1.sealed")
+    return run_suite(tiny(), who, config=RunConfig(out, workers=1), data=frozen, sealed=sealed)
+
+
+def test_a_stranger_scores_what_the_maker_scores(frozen: Path, tmp_path: Path) -> None:
+    stranger = tmp_path / "rectangle-fit"
+    stranger.mkdir()
+    for name in _LAYOUTS:  # what a stranger has no masks for is found by a front end
+        found = predict("rectangle-fit", frozen / name, "test", PredictConfig(detections="detector-depth+cluster"))
+        predictions.write(stranger / f"{name}.csv", found)
+    theirs = evaluate_sealed(stranger, frozen.with_name("tiny-v1.sealed"), frozen / "sealed.sha256")
+    mine = run_on(frozen, tmp_path / "bench", str(stranger))
+    numbers = [{(row.condition, row.group, row.metric): row.value for row in it.rows} for it in (theirs, mine)]
+    assert numbers[0] == numbers[1] != {}
+
+
+def test_the_ladder_ends_at_the_truth_and_has_the_ceiling_below_it(frozen: Path, tmp_path: Path) -> None:
+    result = run_on(frozen, tmp_path, "shuffled", "oracle-icp", "oracle")
+    assert not result.left_out
+    worst = {
+        row.estimator: row.value for row in result.rows if row.condition == "worst layout" and row.metric == "add_10pct"
+    }
+    assert worst["shuffled"] < worst["oracle-icp"] <= worst["oracle"] == 1.0
+
+
+def test_a_changed_a_strange_and_a_missing_file_are_told_apart(frozen: Path, tmp_path: Path) -> None:
+    sealed, sums = frozen.with_name("tiny-v1.sealed"), frozen / "sealed.sha256"
+    require_sealed(sealed, sums)
+    with pytest.raises(InputError, match="no such sealed file"):
+        require_sealed(tmp_path / "x.sealed", sums)
+    with pytest.raises(InputError, match=r"lists no tiny-v1\.sealed"):
+        require_sealed(sealed)
+    changed = tmp_path / sealed.name
+    shutil.copyfile(sealed, changed)
+    with changed.open("ab") as file:
+        file.write(b"\0")
+    with pytest.raises(InputError, match="another set or was changed"):
+        require_sealed(changed, sums)
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    with pytest.raises(InputError, match=r"lacks selective_rack\.csv, industrial\.csv"):
+        evaluate_sealed(empty, sealed, sums)
+
+
+def test_a_set_is_never_made_twice_and_goes_on_with_its_seeds(frozen: Path, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="is there already"):
+        make_set(tiny(), frozen, 1)
+    work = tmp_path / "other.unsealed"
+    work.mkdir()
+    (work / "seeds.json").write_text(json.dumps(dict.fromkeys(_LAYOUTS, 5)))
+    path, _ = make_set(tiny(), tmp_path / "other", 1)
+    assert read_facts(path).seeds == dict.fromkeys(_LAYOUTS, 5)

@@ -1,0 +1,1 @@
+"""Frozen test sets: a public folder without any truth, and one sealed file that holds it."""

@@ -1,0 +1,84 @@
+"""Make a fresh frozen set from a suite: seeds of the system's randomness, a public folder, a sealed file beside it."""
+
+import json
+import secrets
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from warehouse_sim.benchmark.sealed.public import write_public
+from warehouse_sim.benchmark.sealed.seal import ENDING, SetFacts, write_sealed
+from warehouse_sim.benchmark.sets import made
+from warehouse_sim.benchmark.suite import Suite
+from warehouse_sim.errors import InputError, OutputError
+from warehouse_sim.output import make_folder, write_bytes
+
+_WORK = ".unsealed"
+"""Ending of the folder in which a set is made; it has everything, and is gone when the set is sealed."""
+_README = """# {name}
+
+Test images of the suite `{suite}`: a BOP folder for each of {count} layouts, with images, calibration (of the world
+only tilt and height), CAD models and lists of targets. The ground truth is in `{name}{ending}`, SHA-256 `{digest}`.
+
+    warehouse-sim predict ESTIMATOR --data {name}/LAYOUT --out mine/LAYOUT.csv --detections DETECTOR+SEGMENTER
+    warehouse-sim evaluate mine --sealed {name}{ending} --out scores
+"""
+
+Progress = Callable[[str, int, int], None]
+
+
+def make_set(
+    suite: Suite, folder: Path, workers: int, progress: Progress = lambda name, done, total: None
+) -> tuple[Path, str]:
+    """Make both halves of a set, and return the sealed file and its SHA-256.
+
+    A run that was stopped goes on with the same seeds, which lie in ``folder.unsealed`` until the set is sealed.
+
+    Args:
+        suite: Whose data are made; their seeds count for nothing.
+        folder: Public folder; its name is the set's.
+        workers: Processes that generate.
+        progress: Called with the dataset, the scenes that are done and how many there are.
+
+    Raises:
+        OutputError: The folder or the sealed file is there.
+        InputError: The suite has no data that are scored.
+        RecipeError: A recipe does not take the suite's settings.
+    """
+    path, work = folder.with_name(folder.name + ENDING), folder.with_name(folder.name + _WORK)
+    for there in (folder, path):
+        if there.exists():
+            raise OutputError(f"{there}: is there already; a fresh set has a new name")
+    scored = {name: data for name, data in suite.data.items() if not data.trained_on}
+    if not scored:
+        raise InputError(f"{suite.name}: has no data of its own that could be sealed")
+    seeds = _seeds(work, list(scored))
+    roots = {}
+    for name, data in scored.items():
+
+        def report(done: int, total: int, name: str = name) -> None:
+            progress(name, done, total)
+
+        roots[name] = made(name, replace(data, seed=seeds[name]), work, workers, report).root
+    public = work / "public"
+    shutil.rmtree(public, ignore_errors=True)
+    for name, root in roots.items():
+        write_public(root, public / name)
+    digest = write_sealed(path, SetFacts(folder.name, suite.name, tuple(roots), seeds), roots)
+    readme = _README.format(name=folder.name, suite=suite.name, count=len(roots), ending=ENDING, digest=digest)
+    write_bytes(public / "README.md", readme.encode("utf-8"))
+    write_bytes(public / "sealed.sha256", f"{digest}  {path.name}\n".encode())
+    public.rename(folder)
+    shutil.rmtree(work)
+    return path, digest
+
+
+def _seeds(work: Path, names: list[str]) -> dict[str, int]:
+    """Return a seed for each dataset: those of a run that was stopped, and new ones of the system's randomness."""
+    path = work / "seeds.json"
+    known: dict[str, int] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    seeds = {name: known.get(name, secrets.randbits(62)) for name in names}
+    make_folder(work)
+    write_bytes(path, json.dumps(seeds).encode("utf-8"), durable=True)
+    return seeds

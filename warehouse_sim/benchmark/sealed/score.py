@@ -1,0 +1,60 @@
+"""Score predictions on a frozen set: aggregates go out, nothing of a single image does."""
+
+from pathlib import Path
+
+from warehouse_sim.benchmark.entrants.entrant import Group, ResultFile
+from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult, machine
+from warehouse_sim.benchmark.rows.scores import score_rows, worst_rows
+from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened
+from warehouse_sim.benchmark.sealed.seal import opened, read_facts, require_sealed
+from warehouse_sim.benchmark.sets import MadeSet
+from warehouse_sim.benchmark.suite import load_suite
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError
+from warehouse_sim.evaluation import evaluate
+
+
+def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -> SuiteResult:
+    """Return the scores of a method on a frozen set.
+
+    Args:
+        predictions: Folder with a BOP pose CSV for each dataset of the set, ``selective_rack.csv`` and so on; what one
+            leaves out is missed.
+        sealed: The sealed file.
+        sums: List of hashes that it is checked by; the shipped one by default.
+
+    Raises:
+        InputError: The file is not the one whose hash is listed, or there is no CSV for a dataset.
+        EvaluationError: A CSV does not fit its dataset.
+    """
+    require_sealed(sealed, sums)
+    facts = read_facts(sealed)
+    missing = [name for name in facts.data if not (predictions / f"{name}.csv").is_file()]
+    if missing:
+        raise InputError(f"{predictions}: lacks {', '.join(f'{name}.csv' for name in missing)}: one for each layout")
+    suite, method = load_suite(facts.suite), predictions.resolve().name
+    group = Group(method, (ResultFile(method, predictions),))
+    rows, data = [], []
+    with opened(sealed) as folder:
+        for name in facts.data:
+            reader = DatasetReader(folder / name)
+            scores = evaluate(predictions / f"{name}.csv", reader, SPLITS[0], method)
+            answer = Answer(group, name, Opened(MadeSet(name, reader.root), reader, {}), (scores,))
+            rows += score_rows(answer, suite)
+            images = reader.images(SPLITS[0])
+            scenes = len({image.scene_id for image in images})
+            left_out = dict(scores.docking_left_out)
+            data.append(DataFacts(name, "", reader.digest[:16], None, scenes, len(images), len(scores.table), left_out))
+    return SuiteResult(
+        suite=suite.title,
+        question=suite.question,
+        quick=False,
+        command=f"warehouse-sim evaluate {method} --sealed {sealed.name}",
+        machine=machine(),
+        seconds=0.0,
+        reused=0,
+        data=tuple(data),
+        estimators=(EstimatorFacts(method, 0),),
+        rows=(*(worst_rows(rows, facts.data) if suite.worst_first else ()), *rows),
+        notes=(f"frozen set {facts.name}",),
+    )
