@@ -38,7 +38,7 @@ def test_it_is_as_high_as_the_roof_allows() -> None:
 
 def test_lanes_are_filled_from_the_far_end_and_stand() -> None:
     recipe = load_recipe("drive_in")
-    drawn = replace(recipe.scene, layout=DriveInConfig(lanes=3), observations_per_scene=1)
+    drawn = replace(recipe.scene, layout=DriveInConfig(lanes=2, lane_depth=3), observations_per_scene=1)
     scene = sample_scene(drawn, seed=0, scene_index=1)
     settled, report = settle_scene(scene, recipe.settle)
     assert report.problems == ()

@@ -13,9 +13,11 @@ from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
 from warehouse_sim.schema import Viewpoint
 
 
-def recipe(fraction: float, **more) -> Recipe:
-    views = {"dockable_fraction": fraction, **more}
-    return load_recipe("drive_in", {"scene": {"viewpoints": views, "observations_per_scene": 8}})
+def recipe(fraction: float) -> Recipe:
+    """Return the recipe with racks of five short and low lanes."""
+    layout = {"lanes": 5, "lane_depth": 3, "levels": 2, "sides": "one"}
+    views = {"dockable_fraction": fraction}
+    return load_recipe("drive_in", {"scene": {"layout": layout, "viewpoints": views, "observations_per_scene": 8}})
 
 
 @pytest.fixture(scope="module")
