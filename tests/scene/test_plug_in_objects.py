@@ -1,5 +1,6 @@
 """Objects that a plug-in registers: a recipe can place them with their own materials, and no other recipe notices."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -9,25 +10,29 @@ import cv2
 import numpy as np
 import pytest
 
-RESAMPLES = """
-import hashlib
-import numpy as np
 from warehouse_sim.generation.occlusion.occluder import OccluderSampler
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 
-recipe = load_recipe("smoke").scene
-digest = hashlib.sha256()
-for item in sample_scene(recipe, 0, 0).instances:
-    digest.update(item.model.encode())
-    digest.update(np.ascontiguousarray(item.T_world_object).tobytes())
-stock = OccluderSampler(recipe.loads, np.random.default_rng(0))
-for height in np.linspace(0.3, 2.3, 40):
-    occluder = stock.sample("traffic", height)
-    digest.update(str(occluder and occluder.instances[0].model).encode())
-print(digest.hexdigest())
-"""
-PLACED = """
+
+def digest() -> str:
+    """Return a hash of what the recipe ``smoke`` and the stock of occluders sample."""
+    recipe = load_recipe("smoke").scene
+    found = hashlib.sha256()
+    for item in sample_scene(recipe, 0, 0).instances:
+        found.update(item.model.encode())
+        found.update(np.ascontiguousarray(item.T_world_object).tobytes())
+    stock = OccluderSampler(recipe.loads, np.random.default_rng(0))
+    for height in np.linspace(0.3, 2.3, 40):
+        occluder = stock.sample("traffic", height)
+        found.update(str(occluder and occluder.instances[0].model).encode())
+    return found.hexdigest()
+
+
+WITH_PLUG_IN = """
+from tests.scene.test_plug_in_objects import digest
+print(digest())
+
 from warehouse_sim.config import from_mapping
 from warehouse_sim.scene import sample_scene
 from warehouse_sim.scene.recipe import SceneRecipe
@@ -46,10 +51,8 @@ for name in ("small_number", "unpainted"):
         catalog_object(name)
     except ConfigError as problem:
         print(problem)
-"""
-SAMPLED = """
+
 from dataclasses import replace
-from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.catalog_sheet import render_thumbnail
 from warehouse_sim.render import open_renderer
 
@@ -60,25 +63,37 @@ with open_renderer("raster") as renderer:
 """
 
 
-def test_what_is_installed_changes_no_draw_of_a_recipe_that_does_not_name_it(tmp_path: Path) -> None:
-    install(tmp_path)
-    assert output_of(RESAMPLES, tmp_path) == output_of(RESAMPLES)
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Return what a fresh interpreter prints that finds the plug-in."""
+    folder = tmp_path_factory.mktemp("plug-in")
+    install(folder)
+    path = os.pathsep.join([str(folder), *filter(None, sys.path)])
+    environment = os.environ | {"PYTHONPATH": path}
+    command = [sys.executable, "-c", WITH_PLUG_IN]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
 
 
+@pytest.mark.gl
+def test_what_is_installed_changes_no_draw_of_a_recipe_that_does_not_name_it(printed: list[str]) -> None:
+    assert printed[0] == digest()
+
+
+@pytest.mark.gl
 def test_a_recipe_places_objects_of_a_plug_in_and_those_that_do_not_fit_the_catalog_are_rejected(
-    tmp_path: Path,
+    printed: list[str],
 ) -> None:
-    install(tmp_path)
-    placed, small, unpainted = output_of(PLACED, tmp_path).splitlines()
+    _, placed, small, unpainted, _ = printed
     assert placed == "['crate', 'long_carton'] stranger:textures/stripes"
     assert small.endswith("obj_id must be 1000 or more, found 7")
     assert unpainted.endswith("list its material 'gold' in ObjectModel.materials")
 
 
 @pytest.mark.gl
-def test_an_object_of_a_plug_in_is_drawn_with_its_own_texture(tmp_path: Path) -> None:
-    install(tmp_path)
-    textured, plain = map(float, output_of(SAMPLED, tmp_path).split())
+def test_an_object_of_a_plug_in_is_drawn_with_its_own_texture(printed: list[str]) -> None:
+    textured, plain = map(float, printed[-1].split())
     assert textured > 20.0 > 3.0 * plain
 
 
@@ -127,12 +142,3 @@ def install(folder: Path) -> None:
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: stranger\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(_ENTRIES)
-
-
-def output_of(code: str, *folders: Path) -> str:
-    """Return what a fresh interpreter prints that finds packages in ``folders`` too."""
-    path = os.pathsep.join([*map(str, folders), *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment = os.environ | {"PYTHONPATH": path}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()

@@ -21,12 +21,17 @@ _ON_BEAMS = 0.3
 FULL = 0.85
 
 
+SHORT = {"wide_angle": {"bays": 2}, "dock_staging": {"doors": 3}}
+"""Fewer bays and doors of the recipes that have many."""
+
+
 @cache
 def drafted(recipe: str, index: int = 1) -> SceneSpec:
-    return sample_scene(replace(load_recipe(recipe).scene, observations_per_scene=1), 3, index)
+    fewer = {"scene": {"layout": SHORT[recipe]}} if recipe in SHORT else None
+    return sample_scene(replace(load_recipe(recipe, fewer).scene, observations_per_scene=1), 3, index)
 
 
-@pytest.mark.parametrize("name", ["industrial", "selective_rack", "wide_angle", "dock_staging", "conveyor_pickup"])
+@pytest.mark.parametrize("name", ["industrial", "wide_angle", "dock_staging", "conveyor_pickup"])
 def test_no_carton_of_a_scene_carries_more_than_it_can(name: str) -> None:
     scene = drafted(name)
     groups = {item.group for item in scene.instances if item.group}
@@ -100,7 +105,7 @@ def layers_of(scene: SceneSpec) -> dict[int, dict[float, float]]:
 @pytest.mark.parametrize("name", ["block_storage", "dock_staging"])
 def test_layers_below_others_and_below_loads_are_full(name: str) -> None:
     """Layers that carry another layer or load have all the pieces of their pattern."""
-    assert sum(full_layers(drafted(name, index)) for index in (1, 2, 3)) > 20
+    assert sum(full_layers(drafted(name, index)) for index in (2, 3)) > 20
 
 
 def full_layers(scene: SceneSpec) -> int:

@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from tests.scene.packing.pallets import least_distance, reach
 from warehouse_sim.catalog import catalog_object
+from warehouse_sim.geometry.boxes import OrientedBox
+from warehouse_sim.scene import Distribution
+from warehouse_sim.scene.packing.mixed import pack_mixed
 from warehouse_sim.scene.packing.patterns import (
     Layer,
     carried,
@@ -11,6 +17,7 @@ from warehouse_sim.scene.packing.patterns import (
     pattern_layers,
     possible_patterns,
 )
+from warehouse_sim.scene.packing.stacking import StackingConfig
 
 EUR = (1.2, 0.8)
 
@@ -110,3 +117,88 @@ def test_what_is_carried(below: list[tuple[float, ...]], fraction: float) -> Non
     rows = np.array(below).reshape(-1, 4)
     low, high = np.array([[-0.5, -0.5]]), np.array([[0.5, 0.5]])
     assert carried(low, high, rows[:, :2], rows[:, 2:])[0] == pytest.approx(fraction)
+
+
+ROUGH = StackingConfig(
+    gap_mm=6.0,
+    shift_mm=Distribution.uniform(-20.0, 20.0),
+    yaw_deg=Distribution.uniform(-10.0, 10.0),
+    half_turn_fraction=0.5,
+)
+HEIGHT = 1.3
+
+
+def sampled_sizes(rng: np.random.Generator) -> list[np.ndarray]:
+    sizes = rng.uniform([0.2, 0.15, 0.1], [0.6, 0.4, 0.4], (30, 3))
+    return sorted((np.round(size, 3) for size in sizes), key=lambda size: -size[0] * size[1])
+
+
+def test_every_piece_rests_on_most_of_its_base() -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        sizes = sampled_sizes(rng)
+        exact = StackingConfig(gap_mm=1.0, shift_mm=Distribution.constant(0.0), yaw_deg=Distribution.constant(0.0))
+        boxes = [OrientedBox(T, sizes[number]) for number, T in pack_mixed(sizes, (1.2, 1.0), HEIGHT, exact, rng)]
+        extents = np.array([[box.corners().min(axis=0), box.corners().max(axis=0)] for box in boxes])
+        for low, high in extents:
+            if low[2] < 0.001:
+                continue
+            under = extents[np.abs(extents[:, 1, 2] + 0.0005 - low[2]) < 1e-6]
+            shared = np.maximum(np.minimum(high[:2], under[:, 1, :2]) - np.maximum(low[:2], under[:, 0, :2]), 0.0)
+            assert np.prod(shared, axis=1).sum() >= 0.65 * np.prod(high[:2] - low[:2]), seed
+
+
+def test_pieces_are_used_once_and_what_finds_no_place_is_left_out() -> None:
+    rng = np.random.default_rng(0)
+    sizes = [np.array([0.6, 0.4, 0.5])] * 20
+    numbers = [number for number, _ in pack_mixed(sizes, (1.2, 0.82), 1.1, StackingConfig(gap_mm=1.0), rng)]
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) in (4, 6, 8)
+
+
+# Whatever pieces and decks Hypothesis finds, nothing overlaps, leaves its surface or hangs in the air.
+
+
+edges = st.integers(60, 650).map(lambda mm: mm / 1000)
+pieces = st.tuples(edges, edges, edges).map(lambda e: np.array([max(e[:2]), min(e[:2]), e[2]]))
+decks = st.tuples(st.integers(600, 1300), st.integers(600, 1300)).map(lambda mm: (mm[0] / 1000, mm[1] / 1000))
+stacking = st.builds(
+    StackingConfig,
+    gap_mm=st.floats(1.0, 10.0),
+    shift_mm=st.floats(0.0, 15.0).map(lambda mm: Distribution.uniform(-mm, mm)),
+    yaw_deg=st.floats(0.0, 8.0).map(lambda deg: Distribution.uniform(-deg, deg)),
+    half_turn_fraction=st.floats(0.0, 1.0),
+)
+
+
+@given(st.lists(pieces, max_size=12), decks, st.floats(0.2, 2.0), stacking, st.integers(0, 2**32))
+def test_mixed_pieces_stay_apart_on_the_deck_and_below_the_height(sizes, deck, height, config, seed) -> None:
+    placed = pack_mixed(sizes, deck, height, config, np.random.default_rng(seed))
+    numbers = [number for number, _ in placed]
+    assert numbers == sorted(set(numbers))
+    if not placed:
+        fits = [s[2] <= height - 0.02 and s[0] + 0.02 <= max(deck) and s[1] + 0.02 <= min(deck) for s in sizes]
+        assert not any(fits)
+        return
+    boxes = [OrientedBox(T, sizes[number]) for number, T in placed]
+    assert least_distance(boxes) >= 0.0005 - 1e-9
+    assert np.all(reach(boxes) <= np.array(deck) / 2 + 1e-9)
+    tops = np.concatenate([box.corners() for box in boxes])[:, 2]
+    assert tops.min() >= 0.0005 - 1e-9
+    assert tops.max() <= height + 1e-9
+
+
+@settings(max_examples=30)
+@given(pieces, decks, st.floats(0.0, 0.01))
+def test_layers_of_every_possible_pattern_bear_the_next(size, deck, gap) -> None:
+    for pattern in possible_patterns(size, deck, gap):
+        cycle = pattern_layers(pattern, size, deck, gap)
+        for upper, lower in zip((*cycle[1:], cycle[0]), cycle, strict=True):
+            low, high = upper.rectangles(size)
+            assert np.all(high - low > 0.0)
+            spread = np.maximum(low[:, None], low) - np.minimum(high[:, None], high)  # of two rectangles, by axis
+            apart = spread.max(axis=2)[~np.eye(len(low), dtype=bool)]
+            assert apart.min(initial=gap) >= gap - 1e-9
+            growth = gap * (np.array(deck) // min(size[:2]))
+            assert np.all(np.maximum(high, -low).max(axis=0) <= np.array(deck) / 2 + growth + 1e-9)
+            assert carried(low, high, *lower.rectangles(size)).min() >= 0.5

@@ -7,15 +7,22 @@ import pytest
 
 from warehouse_sim.annotate.dockable import dockable_headings, entries_of
 from warehouse_sim.annotate.trucks import TRUCKS
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.catalog import catalog_object
+from warehouse_sim.errors import ConfigError, PlacementError
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
-from warehouse_sim.schema import Viewpoint
+from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.scene import sample_scene
+from warehouse_sim.scene.viewpoints.choose import blocked_views, replace_blocked_views
+from warehouse_sim.scene.viewpoints.free_space import FreeSpace
+from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint
 
 
-def recipe(fraction: float, **more) -> Recipe:
-    views = {"dockable_fraction": fraction, **more}
-    return load_recipe("drive_in", {"scene": {"viewpoints": views, "observations_per_scene": 8}})
+def recipe(fraction: float) -> Recipe:
+    """Return the recipe with racks of five short and low lanes."""
+    layout = {"lanes": 5, "lane_depth": 3, "levels": 2, "sides": "one"}
+    views = {"dockable_fraction": fraction}
+    return load_recipe("drive_in", {"scene": {"layout": layout, "viewpoints": views, "observations_per_scene": 8}})
 
 
 @pytest.fixture(scope="module")
@@ -76,3 +83,40 @@ def test_what_no_truck_looks_from_has_no_such_views() -> None:
     views = load_recipe("overhead").scene.viewpoints
     with pytest.raises(ConfigError, match="leave dockable_fraction out, or the kind"):
         replace(views, kind="free", dockable_fraction=0.5)
+
+
+CONFIG = load_recipe("smoke").scene.viewpoints
+
+
+@pytest.fixture(scope="module")
+def scene() -> SceneSpec:
+    return sample_scene(load_recipe("smoke").scene, 0, 0)
+
+
+def blocked(scene: SceneSpec) -> SceneSpec:
+    """Return the scene with a large carton half a metre before the camera of the first viewpoint."""
+    model = catalog_object("carton_600x500x300")
+    T = scene.viewpoints[0].T_world_camera
+    there = make_transform(None, T[:3, 3] + 0.9 * T[:3, 2])
+    carton = ObjectInstance(9999, model.name, there, dynamic=True, group=99)
+    return replace(scene, models=scene.models | {model.name: model}, instances=(*scene.instances, carton))
+
+
+def test_views_that_nothing_stands_before_stay(scene: SceneSpec) -> None:
+    assert replace_blocked_views(scene, CONFIG, np.random.default_rng(0)) is scene
+
+
+def test_a_lost_view_is_chosen_again_and_the_others_stay(scene: SceneSpec) -> None:
+    crowded = blocked(scene)
+    assert 0 in blocked_views(crowded, CONFIG, FreeSpace.of_scene(crowded))
+    renewed = replace_blocked_views(crowded, CONFIG, np.random.default_rng(0))
+    assert blocked_views(renewed, CONFIG, FreeSpace.of_scene(renewed)) == []
+    assert not np.array_equal(renewed.viewpoints[0].T_world_camera, scene.viewpoints[0].T_world_camera)
+    for number in set(range(len(scene.viewpoints))) - set(blocked_views(crowded, CONFIG, FreeSpace.of_scene(crowded))):
+        assert renewed.viewpoints[number] is scene.viewpoints[number]
+
+
+def test_a_blocked_drive_asks_for_another_scene(scene: SceneSpec) -> None:
+    driven = tuple(replace(view, sequence=0) for view in scene.viewpoints)
+    with pytest.raises(PlacementError, match="before the drive of viewpoint 0"):
+        replace_blocked_views(blocked(replace(scene, viewpoints=driven)), CONFIG, np.random.default_rng(0))
