@@ -27,7 +27,7 @@ if __name__ == "__main__":
     torch.manual_seed(0)
     network = nn.Sequential(nn.Conv2d(1, 8, 5, padding=2), nn.ReLU(), nn.Conv2d(8, 1, 5, padding=2))
     optimizer = torch.optim.Adam(network.parameters(), 0.01)
-    observations = ws.stream("smoke", sample, scenes=3, outputs=["rgb", "depth", "masks", "poses"])
+    observations = ws.stream("smoke", sample, scenes=2, outputs=["rgb", "depth", "masks", "poses"])
     for step, (depth, seen) in enumerate(DataLoader(observations, batch_size=2)):
         loss = nn.functional.binary_cross_entropy_with_logits(network(depth), seen)
         optimizer.zero_grad()

@@ -9,7 +9,7 @@ from tests.dataset.formats.test_external_bop import write_folder
 from warehouse_sim.cli.main import main
 
 
-@pytest.mark.parametrize(("masks", "gray"), [(True, True), (False, False)])
+@pytest.mark.parametrize(("masks", "gray"), [(False, True), pytest.param(True, False, marks=pytest.mark.slow)])
 def test_a_folder_of_others_is_trained_on_and_scored(tmp_path: Path, masks: bool, gray: bool) -> None:
     data = write_folder(tmp_path / "theirs", masks=masks, gray=gray)
     run, csv, scored = tmp_path / "run", tmp_path / "ours_theirs-test.csv", tmp_path / "scored"

@@ -12,13 +12,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory) -> Path:
-    """Return a folder that holds the package as a user's installation would."""
+    """Return a folder that holds the package as a user's installation would: what a wheel of pure Python unpacks to."""
     folder = tmp_path_factory.mktemp("wheel")
-    pip = [sys.executable, "-m", "pip", "--quiet"]
-    build = ["wheel", str(ROOT), "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
-    subprocess.run(pip + build, check=True)
-    (wheel,) = folder.glob("*.whl")
-    subprocess.run([*pip, "install", "--no-deps", "--target", str(folder / "site"), str(wheel)], check=True)
+    build = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(folder)]
+    subprocess.run(build, check=True, cwd=ROOT, capture_output=True)
+    (wheel,) = folder.glob("*-py3-none-any.whl")
+    zipfile.ZipFile(wheel).extractall(folder / "site")
     return folder / "site"
 
 

@@ -26,7 +26,7 @@ def data(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("whole")
     say(
         ["preview", str(shared.small), "--out", str(folder / "preview.png")],
-        ["generate", str(shared.small), "--out", str(folder / "data"), "--scenes", "4", "--workers", "1"],
+        ["generate", str(shared.small), "--out", str(folder / "data"), "--scenes", "3", "--workers", "1"],
         ["validate", str(folder / "data")],
     )
     return str(folder / "data")

@@ -25,15 +25,15 @@ def test_a_trained_run_predicts(data: Dataset, tmp_path: Path) -> None:
 
 
 def test_a_run_on_a_stream_says_what_it_waited_and_leaves_no_maker(shared: Shared, tmp_path: Path) -> None:
-    data, before = shared.dataset(shared.small, scenes=8, seed=0, formats=("bop",)), descendants(os.getpid())
+    data, before = shared.dataset(shared.small, scenes=4, seed=0, formats=("bop",)), descendants(os.getpid())
     stream = {"recipe": str(shared.small), "seed": 9, "window": 4, "fresh": 0.5}
     said: list[str] = []
     run = train(
-        "detector-depth", data, tmp_path / "run", max_steps=4, batch=2, validations=1, cache="none", stream=stream,
+        "detector-depth", data, tmp_path / "run", max_steps=3, batch=2, validations=1, cache="none", stream=stream,
         progress=lambda fraction, note: said.append(note),
     )  # fmt: skip
     result = json.loads((run / "result.json").read_text())
-    assert result["steps"] == 4
+    assert result["steps"] == 3
     assert result["stream_filling_seconds"] > 0.0
     assert 0.0 <= result["stream_waited_fraction"] < 1.0
     assert "observation 4 of 4 of the stream's first window" in said

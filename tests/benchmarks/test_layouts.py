@@ -60,7 +60,7 @@ def test_all_models_together_are_small() -> None:
 
 @pytest.mark.gl
 def test_the_chain_finds_pallets_in_pixels(shared: Shared) -> None:
-    data = shared.dataset("smoke")
+    data = shared.dataset(scenes=3)
     poses = predict("recommended", data, "all")
     assert load_estimator("recommended").finds_objects
     assert {"pallet"} == {pose.class_name for pose in poses}

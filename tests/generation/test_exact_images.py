@@ -29,7 +29,7 @@ from warehouse_sim.schema import SceneSpec
 pytestmark = pytest.mark.gl
 
 EXACT = ("normals", "object_coordinates", "class_mask")
-SCENES, SEED = 3, 3
+SCENES, SEED = 2, 3
 
 
 def wanting(shared: Shared, *outputs: str) -> Recipe:

@@ -15,6 +15,8 @@ from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.physics import crush_state
 
+CAMERA = {"camera": {"width": 408, "height": 124, "focal_px": 240}}
+"""A third of the pixels of the default camera each way, and its field of view."""
 TROLLEY = str(Path(__file__).resolve().parents[2] / "examples" / "custom_object" / "trolley.yaml")
 
 
@@ -25,7 +27,7 @@ def recipe(**traffic: object) -> Recipe:
         "targets": ["pallet", "trolley"],
         "traffic": {"objects": [TROLLEY], "own": 4, **traffic},
     }
-    return from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene}, "own.yaml")
+    return from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene, "sensors": CAMERA}, "own.yaml")
 
 
 @pytest.mark.gl
@@ -75,7 +77,7 @@ def crate_recipe(folder: Path, **keys: object) -> Recipe:
         "targets": ["pallet", "crate"],
         "loads": {"goods": [str(folder / "crate.yaml")], "goods_fraction": 1.0, "height": 1.3, "max_cartons": 80},
     }
-    return from_mapping(Recipe, {"description": "own goods", "scene": scene}, "crates.yaml")
+    return from_mapping(Recipe, {"description": "own goods", "scene": scene, "sensors": CAMERA}, "crates.yaml")
 
 
 @pytest.mark.parametrize(("keys", "layers"), [({}, 4), ({"bears": None}, 1), ({"bears": 20}, 2)])

@@ -13,14 +13,12 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_dataset, make_manifest
+from tests.shared import Shared
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.checks.findings import Check
 from warehouse_sim.dataset.files.checksums import seal
 from warehouse_sim.dataset.manifest import read_manifest, write_manifest
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.generation.generate import generate
-from warehouse_sim.generation.plan import GenerateConfig
-from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.verify import (
     DEPTH_STEP,
     PIXEL_FRACTION,
@@ -30,7 +28,6 @@ from warehouse_sim.generation.verify import (
     near_numbers,
     verify,
 )
-from warehouse_sim.sensors.rig.camera import CameraConfig
 
 SOFTPIPE = {
     "LIBGL_ALWAYS_SOFTWARE": "1",
@@ -42,18 +39,9 @@ SOFTPIPE = {
 COLOUR, LABELS = "bop/train/000000/rgb/000000.png", "bop/train/000000/scene_gt.json"
 
 
-def small(recipe: Recipe) -> Recipe:
-    """Return the recipe with one small view a scene."""
-    camera = CameraConfig(width=204, height=62, focal_px=120.0)
-    scene = replace(recipe.scene, observations_per_scene=1)
-    return replace(recipe, scene=scene, sensors=replace(recipe.sensors, camera=camera))
-
-
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    root = tmp_path_factory.mktemp("verify") / "data"
-    generate(small(load_recipe("smoke")), root, GenerateConfig(scenes=1, seed=4))
-    return root
+def made(shared: Shared) -> Path:
+    return shared.dataset(shared.small, scenes=1)
 
 
 def sealed_again(root: Path) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -36,9 +37,13 @@ def forbidden(*_: object, **__: object) -> None:
     raise AssertionError("colours are made")
 
 
+@cache
+def scene_of(recipe: Path) -> SceneSpec:
+    return prepare_scene(load_recipe(str(recipe)), 3, 0).scene
+
+
 def seen(shared: Shared, **sensors: object) -> tuple[SceneSpec, RigConfig]:
-    recipe = changed(load_recipe(str(shared.small)), {"sensors": sensors})
-    return prepare_scene(recipe, 3, 0).scene, recipe.sensors
+    return scene_of(shared.small), changed(load_recipe(str(shared.small)), {"sensors": sensors}).sensors
 
 
 def observed(scene: SceneSpec, rig: RigConfig, renderer: Renderer | None = None) -> Observation:

@@ -34,7 +34,7 @@ def places(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     small = load_recipe(str(shared.small))
     for name, outputs in (("unmasked", ["poses"]), ("colourless", ["depth", "masks", "poses"])):
         recipe = changed(small, {"sensors": {"outputs": outputs}})
-        files[name] = shared.dataset(recipe, scenes=3, seed=3, formats=("bop",))
+        files[name] = shared.dataset(recipe, scenes=1, seed=3, formats=("bop", "bop_webdataset", "bop_compact"))
     return {"data": data, **files}
 
 

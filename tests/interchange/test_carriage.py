@@ -39,7 +39,7 @@ def drive(model, data, name: str, goal: float, time: float) -> None:
         mujoco.mj_step(model, data, nstep=10)
 
 
-@pytest.mark.parametrize("face", ["-x", "+y"])
+@pytest.mark.parametrize("face", [pytest.param("-x", marks=pytest.mark.slow), "+y"])
 def test_it_drives_in_without_a_push_and_lifts_the_load(scene, pallet, tmp_path: Path, face: str) -> None:
     name = str(pallet.instance_id)
     model, data = load(scene, Carriage(pallet.instance_id, face, 0.3), tmp_path / "dock.xml")
