@@ -56,8 +56,8 @@ def require_drawn(outputs: Collection[str], name: str, settings: Mapping[str, An
     with open_renderer(name, **settings) as renderer:
         if not renderer.capabilities.normals:
             raise RenderError(
-                f"outputs: normals is wanted, which the {name} backend does not draw; use raster or pathtrace, or leave "
-                "normals out"
+                f"outputs: normals is wanted, which the {name} backend does not draw; "
+                "use raster or pathtrace, or leave normals out"
             )
 
 
