@@ -11,6 +11,7 @@ import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 import warehouse_sim as ws
+from tests.dataset.viewing.test_view import rows
 from tests.shared import Shared, hashes
 from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.manifest import read_manifest
@@ -18,11 +19,13 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.shards.merge import merge
 from warehouse_sim.dataset.shards.shard import Shard
 from warehouse_sim.dataset.validate import validate
-from warehouse_sim.errors import DatasetError
+from warehouse_sim.dataset.viewing.stream import open_recording, stream_images
+from warehouse_sim.errors import DatasetError, RenderError
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig, plan_dataset
 from warehouse_sim.generation.recipe import Recipe, changed, load_recipe
 from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.generation.stream import stream
 from warehouse_sim.generation.verify import fraction_off
 from warehouse_sim.schema import SceneSpec
 
@@ -285,6 +288,45 @@ def test_conversion_leaves_them_behind_and_says_so(root: Path, tmp_path: Path) -
     assert [check.detail for check in validate(tmp_path / "coco") if not check.ok] == []
     with pytest.raises(DatasetError, match="holds no normals; generate it with --outputs"):
         DatasetReader(tmp_path / "coco").normals(DatasetReader(tmp_path / "coco").images("train")[0])
+
+
+def test_a_recording_shows_them(root: Path, tmp_path: Path) -> None:
+    reader = DatasetReader(root)
+    with open_recording("exact", tmp_path / "d.rrd") as recording:
+        stream_images(reader, reader.images("all"), recording)
+    found = rows(tmp_path / "d.rrd")
+    for number, image in enumerate(reader.images("all")):
+        shown = {kind: found[f"/world/rig/camera/image/{kind}"] for kind in EXACT}
+        normals = np.array(shown["normals"][number]["Image:buffer"], np.uint8).reshape(62, 204, 3)
+        there = reader.normals(image).any(axis=2)
+        assert there.mean() > 0.5
+        assert np.abs((normals / 127.5 - 1.0)[there] - reader.normals(image)[there]).max() < 0.005
+        assert not normals[~there].any()
+        places = np.array(shown["object_coordinates"][number]["Image:buffer"], np.uint8).reshape(62, 204, 3)
+        exact = reader.object_coordinates(image)
+        there = np.isfinite(exact).all(axis=2)
+        assert np.abs(places / 255 - exact)[there].max() < 0.003
+        assert not places[~there].any()
+        classes, values = (
+            [row for row in shown["class_mask"] if row["observation"] == number],
+            reader.mask_classes(image),
+        )
+        (told,) = [row["AnnotationContext:context"] for row in classes if row.get("AnnotationContext:context")]
+        (told,) = told
+        assert {item["class_id"]: item["class_description"]["info"]["label"] for item in told} == values
+
+
+def test_a_backend_that_draws_no_normals_is_rejected_at_once(shared: Shared, tmp_path: Path, monkeypatch) -> None:
+    recipe, out = wanting(shared, "default", "normals"), tmp_path / "data"
+    monkeypatch.setattr("warehouse_sim.generation.generate.plan_dataset", lambda *_: pytest.fail("planned before"))
+    for backend in ("pyrender", "mujoco"):
+        message = f"outputs: normals is wanted, which the {backend} backend does not draw; use raster"
+        with pytest.raises(RenderError, match=message) as one:
+            generate(recipe, out, GenerateConfig(formats=("bop",), backend=backend))
+        assert "\n" not in str(one.value)
+        with pytest.raises(RenderError, match=message):
+            next(stream(recipe, backend=backend))
+    assert not out.exists()
 
 
 def test_another_driver_may_move_borders_and_no_class(root: Path, tmp_path: Path) -> None:

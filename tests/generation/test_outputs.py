@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.dataset.convert.test_same_files import rounded
 from tests.shared import Shared, hashes
 from warehouse_sim.dataset.convert.run import convert
 from warehouse_sim.dataset.manifest import read_manifest
@@ -116,8 +117,35 @@ def test_readers_say_what_was_left_out_and_how_to_have_it(shared: Shared) -> Non
 
 
 def test_conversion_says_what_it_lacks(shared: Shared, tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match=r"without amodal_masks, which converting needs; .* with coco among"):
-        convert(made(shared, "rgb", "depth", "masks", "poses"), tmp_path / "coco", ("coco",))
+    for outputs, name, lacking in (
+        (("rgb", "depth", "masks", "poses"), "linemod", "amodal_masks"),
+        (("rgb", "poses"), "coco", "depth, masks"),
+        (("rgb", "poses"), "ply", "depth, masks"),
+        (("masks", "amodal_masks", "poses"), "yolo", "rgb, depth"),
+    ):
+        with pytest.raises(DatasetError, match=f"without {lacking}, which {name} is made of; .* with {name} among"):
+            convert(made(shared, *outputs), tmp_path / name, (name,))
+        assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize(
+    ("outputs", "formats"),
+    [(("rgb", "depth", "masks", "poses", "clean"), ("yolo", "coco", "ply")), (("rgb", "depth", "poses"), ("mcap",))],
+)
+def test_what_is_there_is_converted(
+    shared: Shared, tmp_path: Path, outputs: tuple[str, ...], formats: tuple[str, ...]
+) -> None:
+    recipe = wanting(shared, *outputs)
+    for name, made_in in (("then", ("bop",)), ("at_once", ("bop", *formats))):
+        generate(recipe, tmp_path / name, GenerateConfig(scenes=3, seed=3, formats=made_in))
+    convert(tmp_path / "then", tmp_path / "converted", formats)
+    roots = [tmp_path / name for name in ("converted", "at_once")]
+    if "yolo" in formats:
+        one, other = (hashes(root / "yolo") for root in roots)
+        assert one == other
+        tables = [json.loads((root / "coco/annotations/instances_train.json").read_text()) for root in roots]
+        assert rounded(tables[0]) == rounded(tables[1])  # poses go through millimetres
+    assert [check.detail for check in validate(tmp_path / "converted") if not check.ok] == []
 
 
 def test_lidars_rest_where_no_format_holds_a_sweep(

@@ -21,7 +21,7 @@ from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, storable
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
-from warehouse_sim.render import BACKENDS, open_renderer
+from warehouse_sim.render import BACKENDS, open_renderer, require_drawn
 from warehouse_sim.render.renderer import Renderer
 
 _OBSERVATION_LIMIT_S = 600.0
@@ -55,12 +55,13 @@ def generate(
         UnknownNameError: A format or the backend is not registered.
         DatasetError: The folder holds something else, a format cannot hold the data, or a setting is out of range.
         SettleError: A scene does not stand in any attempt, unless ``config.skip_failed``; its ``scenes`` names it.
-        RenderError: No renderer can be opened.
+        RenderError: No renderer can be opened, or it does not draw what the recipe wants.
         OutputError: Another process writes the folder, it cannot be written, or it would exceed ``config.max_gb``.
         WorkerError: Scenes ended every worker that made them, or took too long; all else is kept for
             ``config.resume``. With ``config.skip_failed``, more than a tenth of them did.
     """
     BACKENDS.get(config.backend)
+    require_drawn(recipe.sensors.wanted, config.backend, config.backend_options)
     plan = plan_dataset(recipe, config)
     manifest = plan.manifest
     limit_s = config.scene_limit_s or _OBSERVATION_LIMIT_S * manifest.observations_per_scene

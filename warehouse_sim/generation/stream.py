@@ -12,7 +12,7 @@ from warehouse_sim.generation.executor import Work, make_in_order
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
-from warehouse_sim.render import BACKENDS, open_renderer
+from warehouse_sim.render import BACKENDS, open_renderer, require_drawn
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import Observation
 
@@ -57,11 +57,13 @@ def stream(
         ValueError: ``start`` or ``workers`` is out of range.
         SettleError: A scene does not stand in any attempt.
         DatasetError: A depth does not fit into 16 bits of millimetres.
+        RenderError: The backend does not draw what the recipe wants.
         WorkerError: A scene ended every worker that made it.
     """
     BACKENDS.get(backend)
     if start < 0 or workers < 1:
         raise ValueError(f"start must be >= 0 and workers >= 1, found {start} and {workers}")
+    require_drawn(recipe.sensors.wanted, backend, backend_options or {})
     per_scene = recipe.scene.observations_per_scene * len(recipe.paired_variants.names())
     job = _Job(recipe, seed, backend, backend_options or {})
     first, skipped = divmod(start, per_scene)

@@ -1,11 +1,11 @@
 """Scene and camera -> clean pixels of every kind, and exact rays. Only this room knows OpenGL."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
 from warehouse_sim.config import from_mapping
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, RenderError
 from warehouse_sim.registry import Registry
 from warehouse_sim.render.renderer import AmodalMask, Capabilities, Renderer
 from warehouse_sim.yaml_file import parse_yaml
@@ -38,6 +38,27 @@ def open_renderer(name: str = "raster", options: Any = None, **settings: Any) ->
         raise ConfigError(f"the render backend {name} takes its own options alone; make them with backend_options()")
     renderer: Renderer = backend() if options is None else backend(options)
     return renderer
+
+
+def require_drawn(outputs: Collection[str], name: str, settings: Mapping[str, Any]) -> None:
+    """Reject outputs that a backend does not draw, before any scene is made.
+
+    Args:
+        outputs: Names of what is wanted.
+        name: A name of ``BACKENDS``.
+        settings: Options by their names.
+
+    Raises:
+        RenderError: Normals are wanted, which it does not draw.
+    """
+    if "normals" not in outputs:
+        return
+    with open_renderer(name, **settings) as renderer:
+        if not renderer.capabilities.normals:
+            raise RenderError(
+                f"outputs: normals is wanted, which the {name} backend does not draw; "
+                "use raster or pathtrace, or leave normals out"
+            )
 
 
 def backend_options(name: str, pairs: Mapping[str, Any]) -> Any:
@@ -113,5 +134,6 @@ __all__ = [
     "backend_options",
     "open_renderer",
     "option_settings",
+    "require_drawn",
     "with_shortcuts",
 ]

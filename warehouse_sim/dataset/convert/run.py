@@ -10,6 +10,7 @@ from warehouse_sim.dataset.card.text import DATA, OWNERS
 from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
 from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
+from warehouse_sim.dataset.formats.fit import converted_from
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, package_versions
@@ -77,10 +78,6 @@ def convert(
         return store.finish()
 
 
-_READ: tuple[Output, ...] = ("rgb", "depth", "masks", "amodal_masks")
-"""Without which an observation cannot be put together again."""
-
-
 def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
     """Reject what needs a renderer, and what is there already.
 
@@ -90,11 +87,6 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
     if not formats:
         raise DatasetError("name a format with --to, or several")
     contents = None if reader.manifest is None else reader.manifest.contents
-    if contents is not None and (left_out := [name for name in _READ if name in contents.left_out]):
-        raise DatasetError(
-            f"{reader.root}: was generated without {in_words(left_out)}, which converting needs; generate it again "
-            f"with {' '.join(formats)} among its --formats"
-        )
     flat = next((info.name for info in reader.objects.values() if not (info.size > 0).all()), None)
     if flat is not None:
         raise DatasetError(
@@ -102,9 +94,15 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
             "such as BOP's or KITTI's"
         )
     for name in formats:
+        item = dataset_format(name)
+        if contents is not None and (lacking := converted_from(item).intersection(contents.left_out)):
+            raise DatasetError(
+                f"{reader.root}: was generated without {in_words(lacking)}, which {name} is made of; generate it again "
+                f"with {name} among its --formats"
+            )
         if reader.manifest is not None and name in reader.manifest.formats:
             raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out")
-        if needs_level_camera(dataset_format(name)) and contents is not None and contents.tilted_viewpoints:
+        if needs_level_camera(item) and contents is not None and contents.tilted_viewpoints:
             raise DatasetError(
                 f"{reader.root}: its camera is tilted, and images of a level one are rendered, not converted; "
                 f"generate the dataset again with {name} among its --formats"

@@ -17,6 +17,7 @@ from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.schema import (
     CAMERA,
     LIDAR,
+    NO_COLOR,
     Conditions,
     MountedReading,
     ObjectAnnotation,
@@ -38,7 +39,7 @@ def stored_observation(
     """Read all that a dataset holds of one image.
 
     What no file holds is missing: ids of pixels that are no target's are 0, amodal masks end at the image's border, and
-    without clean images the readings stand for them.
+    without clean images the readings stand for them. What was left out is empty; boxes and counts are then the label's.
 
     Args:
         reader: The dataset.
@@ -46,14 +47,16 @@ def stored_observation(
         number: Scene and observation that it becomes.
         recorded: What the scene record says of it; None where there is none.
     """
-    rgb, depth = reader.rgb(image), reader.depth(image)
+    shape = (image.camera.height, image.camera.width)
+    rgb = NO_COLOR if reader.leaves_out("rgb") else reader.rgb(image)
+    depth = np.zeros(shape, np.float32) if reader.leaves_out("depth") else reader.depth(image)
     readings: dict[str, MountedReading[Reading]] = {CAMERA: MountedReading(np.eye(4), RgbdReading(rgb, depth))}
     sweep = reader.sweep(image)
     if sweep is not None:
         readings[LIDAR] = MountedReading(sweep.T_camera_sensor, sweep.reading)
     for name, item in reader.readings(image).items():
         readings[name] = MountedReading(item.T_camera_sensor, item.reading)
-    instance_mask = np.zeros(depth.shape, dtype=np.int32)
+    instance_mask = np.zeros(shape, dtype=np.int32)
     annotations = [_annotation(reader, image, target, depth > 0, instance_mask) for target in _far_to_near(image)]
     measured = {} if recorded is None else {target.instance_id: target for target in recorded.targets}
     observation = Observation(
@@ -96,7 +99,9 @@ def _annotation(
     instance_mask: Int32[np.ndarray, "h w"],
 ) -> ObjectAnnotation:
     """Return a target's label and paint its visible pixels into ``instance_mask``."""
-    visible, whole = (read(image, target.gt_index) for read in (reader.mask_visible, reader.mask))
+    nothing, stored = np.zeros_like(has_depth), not reader.leaves_out("masks")
+    visible = reader.mask_visible(image, target.gt_index) if stored else nothing
+    whole = nothing if reader.leaves_out("amodal_masks") else reader.mask(image, target.gt_index)
     instance_mask[visible] = instance_id(target)
     whole = whole | visible  # others round the two masks in different ways
     box = mask_box_xyxy(whole)
@@ -110,14 +115,19 @@ def _annotation(
         T_camera_object=target.T_camera_object,
         size=info.size,
         box_amodal_xyxy=target.box_amodal_xyxy,
-        box_visible_xyxy=mask_box_xyxy(visible),
+        box_visible_xyxy=mask_box_xyxy(visible) if stored else _whole_box(target),
         amodal_mask_offset=(left, top),
         amodal_mask=whole[top : bottom + 1, left : right + 1],
         pixels_all=max(target.pixels_all, inside),
         pixels_in_image=inside,
-        pixels_visible=int(np.count_nonzero(visible)),
+        pixels_visible=int(np.count_nonzero(visible)) if stored else target.pixels_visible,
         pixels_valid=int(np.count_nonzero(visible & has_depth)),
     )
+
+
+def _whole_box(target: TargetRecord) -> tuple[int, int, int, int]:
+    left, top, right, bottom = map(round, target.box_visible_xyxy)
+    return left, top, right, bottom
 
 
 def _measured(annotation: ObjectAnnotation, recorded: RecordedTarget | None) -> ObjectAnnotation:

@@ -120,7 +120,8 @@ class Format(Protocol):
     A method ``sweep(root, manifest, image)`` may read the main LiDAR's mounted sweep of an image of a dataset with a
     manifest, where the format holds them. Attributes may say more of it: with ``needs_level_camera = True``
     observations of a camera that can tilt have a second one in ``Observation.level``, that of a level virtual camera;
-    ``needs`` and ``holds`` are the outputs (``schema.outputs``) that it cannot do without and has a place for.
+    ``needs`` and ``holds`` are the outputs (``schema.outputs``) that it cannot do without and has a place for,
+    ``counts`` those that its labels are counted from, stored or not.
     """
 
     @property

@@ -31,6 +31,8 @@ class BuiltIn:
     """Outputs that it cannot do without."""
     holds: tuple[Output, ...]
     """Outputs that it has a place for, those among them."""
+    counts: tuple[Output, ...] = ()
+    """Outputs that its labels are counted from, stored or not."""
     third_party_checks_at: str = ""
     """Checks of third-party folders only; empty = none."""
     steps_per_metre: float | None = None

@@ -18,6 +18,11 @@ def needed(item: Format) -> frozenset[Output]:
     return frozenset(getattr(item, "needs", _NEEDED))
 
 
+def converted_from(item: Format) -> frozenset[Output]:
+    """Return what a stored dataset must hold for a format to be made of it; all of the camera's if silent."""
+    return needed(item).union(getattr(item, "counts", _NEEDED))
+
+
 def held(formats: Iterable[str]) -> frozenset[Output]:
     """Return what at least one of these formats has a place for; a silent one has one for all that is usual."""
     return _OF_NO_FORMAT.union(*(getattr(dataset_format(name), "holds", USUAL) for name in formats))

@@ -57,6 +57,7 @@ def stream_images(
         _log_rig(rerun, recording, image, record)
         _log_way(rerun, recording, [item for item in images[: done + 1] if item.scene_id == scene])
         _log_camera(rerun, recording, reader, image)
+        _log_exact(rerun, recording, reader, image)
         _log_targets(rerun, recording, reader, image)
         _log_sweep(rerun, recording, reader, image)
         progress(done + 1, len(images))
@@ -109,6 +110,24 @@ def _log_camera(rerun: Any, recording: Any, reader: DatasetReader, image: ImageR
     recording.log("depth", rerun.DepthImage(depth, meter=1.0))
     colors = None if rgb is None else rgb[seen]
     recording.log(f"{_CAMERA}/points", rerun.Points3D(points, colors=colors, radii=0.003))
+
+
+def _log_exact(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:
+    """Log images of exact data that the dataset holds: directions and places as colours, classes by their names."""
+    made = () if reader.manifest is None else reader.manifest.contents.codings
+    if "normals" in made:
+        normals = reader.normals(image)
+        colors = np.where(normals.any(axis=2, keepdims=True), 127.5 + 127.5 * normals, 0.0)
+        recording.log(f"{_IMAGE}/normals", rerun.Image(np.rint(colors).astype(np.uint8)))
+    if "object_coordinates" in made:
+        places = np.nan_to_num(reader.object_coordinates(image), nan=0.0)
+        recording.log(f"{_IMAGE}/object_coordinates", rerun.Image(np.rint(255.0 * places).astype(np.uint8)))
+    if "class_mask" in made:
+        names = reader.mask_classes(image)
+        colors = colorize_instances(np.array(list(names), np.int64))
+        entries = [(value, name, color) for (value, name), color in zip(names.items(), colors.tolist(), strict=True)]
+        recording.log(f"{_IMAGE}/class_mask", rerun.AnnotationContext(entries))
+        recording.log(f"{_IMAGE}/class_mask", rerun.SegmentationImage(reader.class_mask(image)))
 
 
 def _log_targets(rerun: Any, recording: Any, reader: DatasetReader, image: ImageRecord) -> None:

@@ -14,6 +14,8 @@ NAME = "bop"
 """Of the format and of its folder in a dataset."""
 
 _IMAGES: dict[str, Output] = {"rgb": "rgb", "depth": "depth", "rgb_clean": "clean", "depth_clean": "clean"}
+COUNTED: tuple[Output, ...] = ("depth", "masks", "amodal_masks")
+"""What the numbers of scene_gt_info are counted from."""
 _MASKS: dict[str, Output] = {"mask": "amodal_masks", "mask_visib": "masks"}
 
 
@@ -116,6 +118,7 @@ FORMAT = BopFormat(
     writer_at="warehouse_sim.dataset.formats.bop.writer:BopWriter",
     needs=("poses",),
     holds=("rgb", "depth", "masks", "amodal_masks", "poses", "clean", *CODINGS),
+    counts=COUNTED,
     third_party_checks_at="warehouse_sim.dataset.formats.bop.checks.third_party:THIRD_PARTY_CHECKS",
     steps_per_metre=MILLIMETRES,
 )

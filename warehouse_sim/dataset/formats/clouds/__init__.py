@@ -91,6 +91,7 @@ PLY, PCD = (
         writer_at=f"warehouse_sim.dataset.formats.clouds.writer:{name.title()}Writer",
         needs=_NEEDS,
         holds=(*_NEEDS, "lidar"),
+        counts=("masks",),
     )
     for name in READERS
 )

@@ -94,4 +94,5 @@ FORMAT = CocoFormat(
     writer_at="warehouse_sim.dataset.formats.coco.writer:CocoWriter",
     needs=("rgb", "masks", "poses"),
     holds=("rgb", "masks", "amodal_masks", "poses"),
+    counts=("depth",),
 )

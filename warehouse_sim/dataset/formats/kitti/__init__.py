@@ -179,5 +179,6 @@ FORMAT = KittiFormat(
     writer_at="warehouse_sim.dataset.formats.kitti.writer:KittiWriter",
     needs=("rgb", "depth", "poses", "lidar"),
     holds=("rgb", "depth", "poses", "lidar", "right", "clean"),
+    counts=("masks", "amodal_masks"),
     steps_per_metre=STEPS_PER_METRE,
 )

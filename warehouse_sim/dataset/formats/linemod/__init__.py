@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from warehouse_sim.dataset.formats import FormatReader
+from warehouse_sim.dataset.formats.bop import COUNTED
 from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -134,5 +135,6 @@ FORMAT = LinemodFormat(
     writer_at="warehouse_sim.dataset.formats.linemod.writer:LinemodWriter",
     needs=("rgb", "depth", "masks", "poses"),
     holds=("rgb", "depth", "masks", "poses"),
+    counts=COUNTED,
     steps_per_metre=MILLIMETRES,
 )

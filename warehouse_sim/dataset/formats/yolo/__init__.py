@@ -66,4 +66,5 @@ FORMAT = YoloFormat(
     writer_at="warehouse_sim.dataset.formats.yolo.writer:YoloWriter",
     needs=("rgb", "masks", "poses"),
     holds=("rgb", "masks", "poses"),
+    counts=("depth",),
 )

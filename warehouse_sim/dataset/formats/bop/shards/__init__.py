@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warehouse_sim.dataset.formats import FormatReader
-from warehouse_sim.dataset.formats.bop import BopLayout
+from warehouse_sim.dataset.formats.bop import COUNTED, BopLayout
 from warehouse_sim.dataset.formats.built_in import BuiltIn
 from warehouse_sim.dataset.formats.observation_files import MILLIMETRES
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -86,6 +86,7 @@ FORMAT = ShardsFormat(
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:ShardsWriter",
     needs=("poses",),
     holds=_HELD,
+    counts=COUNTED,
     steps_per_metre=MILLIMETRES,
 )
 COMPACT_FORMAT = ShardsFormat(
@@ -94,5 +95,6 @@ COMPACT_FORMAT = ShardsFormat(
     writer_at="warehouse_sim.dataset.formats.bop.shards.writer:CompactWriter",
     needs=("poses",),
     holds=_HELD,
+    counts=COUNTED,
     steps_per_metre=MILLIMETRES,
 )
