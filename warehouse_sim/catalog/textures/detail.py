@@ -31,7 +31,7 @@ class Detail:
 
 def detail_concrete(rng: np.random.Generator) -> Tile:
     """Paint trowelled mortar: sand, aggregate that shows through, pores, crazing as fine as a hair."""
-    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.4, 0.8, 1.2, 1.5, 1.8, 2.1))
+    fine = _rough(rng, (8, 16, 32, 64, 128, 256), (0.2, 0.4, 0.8, 1.4, 1.8, 2.1))
     sand = value_noise(rng, SIZE, SIZE, SIZE) - 0.5
     owner, near, _ = grains(rng, SIZE, 56)
     tone, shown = rng.random((2, 56 * 56))
@@ -47,7 +47,7 @@ def detail_concrete(rng: np.random.Generator) -> Tile:
 def detail_plaster(rng: np.random.Generator) -> Tile:
     """Paint a rolled or cast wall: the stipple of the roller, pinholes, dust on what stands out."""
     stipple = softened(octaves(rng, SIZE, 90, 90, 2)) - 0.5
-    fine = _rough(rng, (16, 32, 64, 128, 256), (0.9, 1.0, 1.0, 1.1, 1.2))
+    fine = _rough(rng, (16, 32, 64, 128, 256), (0.3, 0.5, 0.8, 1.1, 1.2))
     owner, near, _ = grains(rng, SIZE, 40)
     holes = smooth_step((0.06 * (rng.random(40 * 40)[owner] - 0.75) - near) / 0.008)
     albedo = 1.0 + 0.32 * fine + 0.2 * stipple - 0.30 * holes

@@ -3,8 +3,8 @@
 uniform vec3 up;                  // world z in the camera frame
 uniform float eye_height;         // of the camera over the floor (m)
 
-const float MINERAL = 0.0, BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0, PAPER = 6.0;  // see surfaces.py
-const float EVEN_OUT = 0.75;      // of the contrast of mineral grain: sharpening brings the rest back
+const float BOARD = 1.0, PRINTED_BOARD = 2.0, WOOD = 3.0, TAPE = 4.0, COAT = 5.0, PAPER = 6.0;  // see surfaces.py
+const float SOFTER = 0.35;        // mip levels: what is finer than a pixel must not differ between two views of a place
 const float SMOOTH = 16.0;        // texels of grain of a coat in a pixel, from which on it is even
 const float THIN = 0.03;          // half edges of faces below which edges are not worn (m)
 
@@ -53,12 +53,6 @@ vec3 worn(Fine f, vec2 metres, float kind, float pixel_m, float height) {
     return factor;
 }
 
-// Of mineral grain, finer than a pixel, the more so the farther: means over whole pixels are smoother than what a lens, a
-// colour filter and sharpening make of real grain. Of noise a sample is as good as another; of flutes and rings it is not.
-float sharp_level(float footprint) {
-    return 0.85 * log2(footprint) - 0.6;
-}
-
 // tangent: direction of the texture's u axis; pixel: width of a pixel at z = 1 m.
 void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float pixel) {
     vec4 detail = texelFetch(materials, ivec2(3, row), 0);
@@ -71,11 +65,10 @@ void add_fine_detail(inout Surface s, uvec2 words, int row, vec3 tangent, float 
     if (detail.w == COAT && width * detail.z * float(TEXTURE_PX) > SMOOTH) detail.x = -1.0;
     if (detail.x >= 0.0) {
         if (detail.w == WOOD && f.across_grain) detail.xyz = texelFetch(materials, ivec2(4, row), 0).xyz;
-        float footprint = width * inversesqrt(sqrt(s.nv)) * detail.z * float(TEXTURE_PX);
+        float footprint = width * inversesqrt(s.nv) * detail.z * float(TEXTURE_PX);
         vec2 at = metres * detail.yz + f.part * vec2(7.0, 13.0);
-        float level = detail.w == MINERAL ? sharp_level(footprint) : log2(footprint);
-        vec4 texel = textureLod(textures, vec3(at, detail.x), level) * 255.0;  // see surfaces.py
-        factor *= detail.w == MINERAL ? mix(1.0, texel.x / 128.0, EVEN_OUT) : texel.x / 128.0;
+        vec4 texel = textureLod(textures, vec3(at, detail.x), log2(footprint) + SOFTER) * 255.0;  // see surfaces.py
+        factor *= texel.x / 128.0;
         s.roughness = clamp(s.roughness * texel.w / 128.0, 0.05, 1.0);
         s.a = s.roughness * s.roughness;
         vec2 bend = texel.yz / 127.0 - 128.0 / 127.0;

@@ -33,10 +33,14 @@ def flicker_factor(
     return (1.0 + seen).astype(np.float32)[:, None, None]
 
 
-_FINE = (5, 5)
-"""Pixels of the Gaussian that tells fine detail from what is under it."""
-_COLOR = (7, 7)
-"""The same for colour differences, which eyes and JPEG see coarsely."""
+_FINE, _COARSE = (5, 5), (13, 13)
+"""Pixels of the Gaussians that tell fine detail from what is under it, and coarser detail."""
+_COARSE_NOISE = 0.4
+"""Noise in coarser detail over that of a pixel: 0.2 of white noise, more as the colour filter's is interpolated."""
+_COLOR, _NOISY_COLOR = (7, 7), (15, 15)
+"""The same for colour differences, which eyes and JPEG see coarsely, and where much noise is removed:"""
+_NOISY = 2.0
+"""from this threshold on (codes)."""
 _FALSE_COLOR = 5
 """Pixels of the median that takes the colours of the filter's pattern off thin lines."""
 
@@ -44,12 +48,12 @@ _FALSE_COLOR = 5
 def develop(
     rgb: UInt8[np.ndarray, "h w 3"], *, noise: float, denoise: float, sharpen: float
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return the image with its finest detail cored and amplified, as the processors of cameras do.
+    """Return the image with its noise cored and its finest detail amplified, as the processors of cameras do.
 
-    Brightness is split into its mean over a pixel or two and what differs from it. Of the difference what is below the
-    noise is removed (soft threshold, Donoho 1995) and the rest amplified (unsharp masking): grain between one and a few
-    pixels stays, as blotches do in real images, and a median filter does not remove it. Colour differences are
-    smoothed.
+    Brightness is split into its mean over a few pixels and what differs from it, finely and coarsely. Of the
+    differences what is below the noise is removed (non-negative garrote, Gao 1998: edges stay as they are), and the
+    fine rest amplified (unsharp masking). What is left are blotches of some pixels, as in real images, and a median
+    filter does not remove them. Colour differences are smoothed.
 
     Args:
         rgb: Codes.
@@ -61,11 +65,13 @@ def develop(
         return rgb
     brightness, red, blue = cv2.split(cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb))
     base = cv2.GaussianBlur(brightness, _FINE, 0)
-    detail = cv2.addWeighted(brightness, 1.0, base, -1.0, 128.0)  # saturates: finer detail than half of all codes
-    kept = cv2.LUT(detail, _detail_table(denoise * noise, 1.0 + sharpen))
+    kept = _kept(brightness, base, denoise * noise, 1.0 + sharpen)
     if denoise > 0:
+        under = cv2.GaussianBlur(base, _COARSE, 0)
+        base = cv2.add(under, _kept(base, under, _COARSE_NOISE * denoise * noise, 1.0), dtype=cv2.CV_8U)
         # Lines a pixel wide are blue or orange as they fall on the filter; a median (Freeman 1988) drops them.
-        red, blue = (cv2.GaussianBlur(cv2.medianBlur(color, _FALSE_COLOR), _COLOR, 0) for color in (red, blue))
+        size = _COLOR if denoise * noise < _NOISY else _NOISY_COLOR
+        red, blue = (cv2.GaussianBlur(cv2.medianBlur(color, _FALSE_COLOR), size, 0) for color in (red, blue))
     return cv2.cvtColor(cv2.merge([cv2.add(base, kept, dtype=cv2.CV_8U), red, blue]), cv2.COLOR_YCrCb2RGB)
 
 
@@ -75,10 +81,19 @@ def compressed(rgb: UInt8[np.ndarray, "h w 3"], quality: int) -> UInt8[np.ndarra
     return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
+def _kept(
+    image: UInt8[np.ndarray, "h w"], mean: UInt8[np.ndarray, "h w"], threshold: float, amplification: float
+) -> Int16[np.ndarray, "h w"]:
+    """Return what remains of how an image differs from its local mean; it ends at half of all codes."""
+    detail = cv2.addWeighted(image, 1.0, mean, -1.0, 128.0)
+    return cv2.LUT(detail, _detail_table(threshold, amplification))
+
+
 def _detail_table(threshold: float, amplification: float) -> Int16[np.ndarray, " 256"]:
     """Return what remains of differences of -128 to 127."""
-    difference = np.arange(-128, 128)
-    kept = np.sign(difference) * np.maximum(np.abs(difference) - threshold, 0.0)
+    difference = np.arange(-128.0, 128.0)
+    size = np.maximum(np.abs(difference), 1e-9)
+    kept = difference * np.maximum(1.0 - np.square(threshold / size), 0.0)
     return np.rint(amplification * kept).astype(np.int16)
 
 
@@ -110,7 +125,7 @@ def read_color(
     if config.vignetting > 0:
         factors.append(vignetting_factor(capture.camera, config.vignetting))
     rgb = read_pixels(light, factors, config, gain, rng)
-    rgb = develop(rgb, noise=noise_in_codes(config, gain), denoise=config.denoise, sharpen=config.sharpen)
+    rgb = develop(rgb, noise=noise_in_codes(config, gain), denoise=config.denoise_at(gain), sharpen=config.sharpen)
     return rgb if config.jpeg_quality is None else compressed(rgb, config.jpeg_quality)
 
 

@@ -65,8 +65,9 @@ class ColorConfig:
     bayer: bool = True
     """Whether each pixel sees one colour only, and the others are interpolated."""
     denoise: Annotated[float, Range(0, 10)] = 0.25
-    """Fine detail that is taken for noise and removed, in standard deviations of the noise of a mid grey, 0-10."""
-    sharpen: Annotated[float, Range(0, 4)] = 1.0
+    """Fine detail that is taken for noise and removed at ISO 100, in standard deviations of the noise of a mid grey,
+    0-10; more at a higher gain, see ``denoise_at``."""
+    sharpen: Annotated[float, Range(0, 4)] = 0.8
     """Fraction of the remaining fine detail that is added once more, 0-4."""
     jpeg_quality: Annotated[int, Range(1, 100)] | None = 90
     """Quality at which the image was compressed, 1-100; null = it was not."""
@@ -105,7 +106,17 @@ class ColorConfig:
         wanted = self.f_number**2 / 2.0**exposure_ev
         return min(wanted, longest), max(wanted / longest, 1.0)
 
+    def denoise_at(self, gain: float) -> float:
+        """Return ``denoise`` at a gain over ISO 100: it grows with the fourth root, to twice as much at ISO 1600.
 
+        Processors of cameras take the strength of noise removal from tables over ISO (``hi_isp_nr_auto_attr`` of
+        HiSilicon's ISP API has 16 steps). It ends at 3.2 standard deviations, which ``rpi.denoise`` of Raspberry Pi's
+        libcamera takes for noise by default. The root has no source: a prior.
+        """
+        return min(self.denoise * gain**0.25, max(_MOST_REMOVED, self.denoise))
+
+
+_MOST_REMOVED = 3.2
 _UNDEVELOPED = ColorConfig(auto_white_balance=0.0, bits=12, denoise=0.0, sharpen=0.0, jpeg_quality=None)
 # Small pixels read row by row, and much development. Practical prior.
 _PHONE = ColorConfig(
