@@ -82,4 +82,4 @@ setup-demo: .venv/.ready-demo
 	sh setup.sh $*
 
 clean:
-	rm -rf .venv .venv-ecosystem out build dist
+	rm -rf .venv .venv-ecosystem out build dist docs/generated
