@@ -88,4 +88,4 @@ setup-demo: .venv/.ready-demo
 	sh setup.sh $*
 
 clean:
-	rm -rf .venv .venv-ecosystem .venv-ppf out build dist
+	rm -rf .venv .venv-ecosystem .venv-ppf out build dist docs/generated

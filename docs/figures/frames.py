@@ -24,7 +24,7 @@ def frames() -> dict[str, tuple[np.ndarray, np.ndarray, tuple[str, str, str]]]:
     """Return origin (m, world), axes as columns, and what each axis is called, by the frame's name."""
     level = np.eye(3)
     return {
-        "world": (np.array([-2.2, -1.9, 0.0]), level, ("x", "y", "z up")),
+        "world": (np.array([-2.3, -2.2, 0.0]), level, ("x", "y", "z up")),
         "vehicle": (np.array([-1.2, 0.0, 0.0]), level, ("x forward", "y left", "z")),
         "LiDAR": (np.array([-1.0, 0.0, 1.75]), level, ("x forward", "y left", "z up")),
         "camera": (np.array([-0.2, 0.0, 1.2]), CAMERA_AXES, ("x right", "y down", "z forward")),

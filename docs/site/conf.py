@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from docs.site.pages import at_build_time, with_stored_results  # noqa: E402
+from docs.site.pages import at_build_time, with_site_links  # noqa: E402
 from warehouse_sim.version import __version__  # noqa: E402
 
 project = "warehouse_sim"
@@ -31,11 +31,13 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
 suppress_warnings = ["myst.header"]
+toc_object_entries = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = "warehouse_sim"
 html_static_path = ["static"]
 html_css_files = ["wide_tables.css"]
+html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
 html_copy_source = False
 html_extra_path = ["root"]
@@ -51,6 +53,6 @@ html_theme_options = {
 
 
 def setup(app: object) -> None:
-    """Write pages before the sources are read, and lead links to stored results to their pages."""
+    """Write pages before the sources are read, and give links the site's places and titles."""
     app.connect("config-inited", at_build_time)  # type: ignore[attr-defined]
-    app.connect("source-read", with_stored_results)  # type: ignore[attr-defined]
+    app.connect("source-read", with_site_links)  # type: ignore[attr-defined]

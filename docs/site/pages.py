@@ -13,6 +13,7 @@ from warehouse_sim.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED = ROOT / "docs" / "generated"
+_FILE_NAME = re.compile(r"\[[\w/]+\.md\]\(")
 _STORED = re.compile(r"\((?:\.\./)+benchmarks/results/(\w+)\.json\)")
 
 
@@ -35,9 +36,10 @@ def at_build_time(*_: Any) -> None:
             path.write_text(text, encoding="utf-8")
 
 
-def with_stored_results(app: Any, page: str, source: list[str]) -> None:
-    """Lead links to files of benchmarks/results to the pages that show them."""
-    up = "../" * (page.count("/"))
+def with_site_links(app: Any, page: str, source: list[str]) -> None:
+    """Lead links to files of benchmarks/results to the pages that show them, and let titles stand for file names."""
+    up = "../" * page.count("/")
+    source[0] = _FILE_NAME.sub("[](", source[0])
     source[0] = _STORED.sub(rf"({up}docs/generated/results/\1.md)", source[0])
 
 
@@ -50,7 +52,7 @@ def api() -> str:
         thing = getattr(warehouse_sim, name)
         kind = "autoclass" if isinstance(thing, type) else "autofunction"
         members = "\n   :members:" if kind == "autoclass" else ""
-        parts.append(f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: {thing.__module__}.{name}{members}\n```\n")
+        parts.append(f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: warehouse_sim.{name}{members}\n```\n")
     return "\n".join(parts)
 
 

@@ -56,8 +56,9 @@ def _sections(settings: type, path: str, seen: set[type]) -> Iterator[Section]:
 
 def _kinds(settings: type, path: str) -> list[tuple[str, type]]:
     """Return the settings themselves, or those of each kind where a key says which."""
-    if settings is Layout:
-        return [(f"{path} (kind: {name})", kind) for name, kind in sorted(Layout.kinds.items())]
+    if settings is Layout:  # the sides of a mixed one are layouts, too
+        kinds = Layout.kinds if "(kind:" not in path else {}
+        return [(f"{path} (kind: {name})", kind) for name, kind in sorted(kinds.items())]
     if settings is DepthModel:
         return [(f"{path} (model: {name})", kind) for name, kind in sorted(MODELS.items())]
     return [(path, settings)]

@@ -7,6 +7,8 @@ from typing import Any
 _LAST = ("interval", "n")
 _MOST_COLUMNS = 12
 """More are put together as text, so that a table stays readable."""
+_LONGEST = 240
+"""Characters of a cell; what is longer is in the file alone."""
 
 
 def pages(results: Path) -> dict[str, str]:
@@ -32,14 +34,16 @@ def page(path: Path) -> str:
     data = _read(path)
     rows = data.get("rows", [])
     parts = [f"# {path.stem}\n\nCommand: `{_command(data)}`\n"]
-    parts += [f"- {key}: {_text(value)}" for key, value in data.items() if key not in ("rows", "command")]
+    rest = [f"- {key}: {_text(value)}" for key, value in data.items() if key not in ("rows", "command")]
+    parts += ["<details><summary>Machine and settings</summary>\n", *rest, "\n</details>"]
     columns = _columns(rows)
     parts.append(f"\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
     for row in rows:
         cells = {key: value for key, value in row.items() if key in columns}
         if "more" in columns:
             cells["more"] = {key: value for key, value in row.items() if key not in columns}
-        parts.append("| " + " | ".join(_text(cells.get(column, "")) for column in columns) + " |")
+        texts = [_text(cells.get(column, "")) for column in columns]
+        parts.append(f"| {' | '.join(text if len(text) <= _LONGEST else '(in the file)' for text in texts)} |")
     return "\n".join(parts) + "\n"
 
 
