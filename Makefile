@@ -30,7 +30,7 @@ test: .venv/.ready-dev
 test-quick: .venv/.ready-dev
 	$(PYTEST) -m "not slow and not ecosystem and not gl" --dist loadfile $(QUICK:%=tests/%)
 
-test-slow: .venv/.ready-dev .venv/.ready-speed
+test-slow: .venv/.ready-dev .venv/.ready-speed .venv/.ready-cluster
 	$(PYTEST) -m "slow and not ecosystem" --dist worksteal
 
 test-faults: .venv/.ready-dev

@@ -112,7 +112,7 @@ def test_what_tests_import_is_installed_for_them() -> None:
 
 def test_the_makefile_installs_extras_that_there_are() -> None:
     stamps = set(re.findall(r"^[\w -]+: .*\.venv/\.ready-(\w+)", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    assert stamps == {"demo", "dev", "speed"} <= PROJECT["optional-dependencies"].keys()
+    assert stamps == {"demo", "dev", "speed", "cluster"} <= PROJECT["optional-dependencies"].keys()
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ EXTRAS = {
     "report": ("matplotlib", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
     "view": ("rerun",),
-    "cluster": ("ray", "fsspec"),
+    "cluster": ("ray", "grpc", "fsspec"),
     "gym": ("gymnasium",),
     "peers": ("pyrender", "trimesh"),
 }
