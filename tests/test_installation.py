@@ -92,10 +92,11 @@ OURS = {"tests", "benchmarks", "docs", "locks", "warehouse_sim"}
 
 
 def test_what_tests_import_is_installed_for_them() -> None:
-    brought, owners = installed_by("dev"), packages_distributions()
+    of_all, of_slow, owners = installed_by("dev"), installed_by("cluster"), packages_distributions()
     for path in sorted((ROOT / "tests").rglob("*.py")):
         if {"third_party", "tools"} & set(path.parts):  # they have environments of their own
             continue
+        brought = of_all | of_slow if "ray" in path.parts else of_all
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
