@@ -53,11 +53,12 @@ lint: .venv/.ready-dev
 	$(BIN)/python -m docs.lint.words
 	$(BIN)/python -m docs.numbers.insert --check
 
-# Wheel and sdist into dist/, tried from elsewhere.
+# Wheel, sdist and bill of materials into dist/, tried in an empty environment, elsewhere.
 package: .venv/.ready-dev
 	rm -rf dist
 	$(BIN)/python -m hatchling build
-	$(BIN)/python -m pytest tests/test_wheel.py
+	$(BIN)/python -m locks.contents dist/*.whl --out dist/warehouse_sim.cdx.json
+	$(BIN)/python -m pytest tests/test_wheel.py tests/release
 
 # REAL=FOLDER names recorded frames for the suite `real`, which scores nothing without them.
 bench: .venv/.ready-dev

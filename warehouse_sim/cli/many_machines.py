@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 RAY, SLURM = "ray", "slurm-array"
 _CLIENT = "ray://"
 _PORT = ":10001"
-"""Where a head node listens for clients, unless it was told otherwise."""
+"""Where a head node listens for clients, by default."""
 
 
 @dataclass(frozen=True)
