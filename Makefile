@@ -37,12 +37,17 @@ test-faults: .venv/.ready-dev
 	$(BIN)/python -m tests.faults.run
 
 test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready
-	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python $(BIN)/python -m pytest -m ecosystem
+	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python \
+	WAREHOUSE_SIM_BOP_TOOLKIT=$(TOOLS)/bop_toolkit WAREHOUSE_SIM_PANOPTICAPI=$(TOOLS)/panopticapi \
+	WAREHOUSE_SIM_DENSEFUSION=$(TOOLS)/DenseFusion WAREHOUSE_SIM_GLTF_VALIDATOR=$(TOOLS)/node_modules/gltf-validator \
+	$(BIN)/python -m pytest -m ecosystem
 
-# Tools of many licences, some of them AGPL: never a dependency, never beside the package.
-.venv-ecosystem/.ready: tests/ecosystem/requirements.txt
+# Tools of many licences, some of them AGPL: never a dependency, never beside the package. What cannot be fetched is skipped.
+TOOLS := .venv-ecosystem/tools
+.venv-ecosystem/.ready: tests/ecosystem/requirements.txt tests/ecosystem/fetch_tools.sh
 	$(BIN)/python -m venv .venv-ecosystem
 	.venv-ecosystem/bin/python -m pip install --quiet --requirement tests/ecosystem/requirements.txt
+	-sh tests/ecosystem/fetch_tools.sh $(TOOLS)
 	touch $@
 
 lint: .venv/.ready-dev
