@@ -31,19 +31,24 @@ test: .venv/.ready-dev
 test-quick: .venv/.ready-dev
 	$(PYTEST) -m "not slow and not ecosystem and not gl" --dist loadfile $(QUICK:%=tests/%)
 
-test-slow: .venv/.ready-dev .venv/.ready-speed
+test-slow: .venv/.ready-dev .venv/.ready-speed .venv/.ready-cluster
 	$(PYTEST) -m "slow and not ecosystem" --dist worksteal
 
 test-faults: .venv/.ready-dev
 	$(BIN)/python -m tests.faults.run
 
 test-ecosystem: .venv/.ready-dev .venv-ecosystem/.ready .venv-ppf/.ready
-	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python WAREHOUSE_SIM_PPF=$(PWD)/.venv-ppf/bin/python $(BIN)/python -m pytest -m ecosystem
+	WAREHOUSE_SIM_ECOSYSTEM=.venv-ecosystem/bin/python WAREHOUSE_SIM_PPF=$(PWD)/.venv-ppf/bin/python \
+	WAREHOUSE_SIM_BOP_TOOLKIT=$(TOOLS)/bop_toolkit WAREHOUSE_SIM_PANOPTICAPI=$(TOOLS)/panopticapi \
+	WAREHOUSE_SIM_DENSEFUSION=$(TOOLS)/DenseFusion WAREHOUSE_SIM_GLTF_VALIDATOR=$(TOOLS)/node_modules/gltf-validator \
+	$(BIN)/python -m pytest -m ecosystem
 
-# Tools of many licences, some of them AGPL: never a dependency, never beside the package.
-.venv-ecosystem/.ready: tests/ecosystem/requirements.txt
+# Tools of many licences, some of them AGPL: never a dependency, never beside the package. What cannot be fetched is skipped.
+TOOLS := .venv-ecosystem/tools
+.venv-ecosystem/.ready: tests/ecosystem/requirements.txt tests/ecosystem/fetch_tools.sh
 	$(BIN)/python -m venv .venv-ecosystem
 	.venv-ecosystem/bin/python -m pip install --quiet --requirement tests/ecosystem/requirements.txt
+	-sh tests/ecosystem/fetch_tools.sh $(TOOLS)
 	touch $@
 
 # opencv-contrib replaces OpenCV: it has an environment of its own.
@@ -65,11 +70,12 @@ docs: .venv/.ready-dev .venv/.ready-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --conf-dir docs/site --builder html . build/docs
 	$(BIN)/python -m docs.site.check build/docs
 
-# Wheel and sdist into dist/, tried from elsewhere.
+# Wheel, sdist and bill of materials into dist/, tried in an empty environment, elsewhere.
 package: .venv/.ready-dev
 	rm -rf dist
 	$(BIN)/python -m hatchling build
-	$(BIN)/python -m pytest tests/test_wheel.py
+	$(BIN)/python -m locks.contents dist/*.whl --out dist/warehouse_sim.cdx.json
+	$(BIN)/python -m pytest tests/test_wheel.py tests/release
 
 # REAL=FOLDER names recorded frames for the suite `real`, which scores nothing without them.
 bench: .venv/.ready-dev

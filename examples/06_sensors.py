@@ -18,12 +18,12 @@ for name in ("ideal", "d435", "tof_industrial"):
     (shot,) = scene.render(camera, views=1)
     readings[name] = shot.depth  # metres along the optical axis, 0 = no reading
 
-truth, images = readings["ideal"], []
+ideal, images = readings["ideal"], []
 for name, depth in readings.items():
-    both = (depth > 0) & (truth > 0) & (truth < 6)
-    off = 1000 * np.abs(depth - truth)[both]
+    both = (depth > 0) & (ideal > 0) & (ideal < 6)
+    off = 1000 * np.abs(depth - ideal)[both]
     print(
-        f"{name}: reads {np.mean(depth[truth > 0] > 0):.0%}, off by {np.median(off):.1f} mm (median, nearer than 6 m)"
+        f"{name}: reads {np.mean(depth[ideal > 0] > 0):.0%}, off by {np.median(off):.1f} mm (median, nearer than 6 m)"
     )
     near = np.clip(depth / 6 * 255, 0, 255).astype(np.uint8)
     image = cv2.applyColorMap(near, cv2.COLORMAP_TURBO) * (depth > 0)[..., None]

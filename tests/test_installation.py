@@ -97,10 +97,11 @@ IMPORTED = re.compile(r"^(?:from (?=.* import )|import )(\w+)", re.MULTILINE)
 
 
 def test_what_tests_import_is_installed_for_them() -> None:
-    brought, owners = installed_by("dev"), packages_distributions()
+    of_all, of_slow, owners = installed_by("dev"), installed_by("cluster"), packages_distributions()
     for path in sorted((ROOT / "tests").rglob("*.py")):
         if {"third_party", "tools"} & set(path.parts):  # they have environments of their own
             continue
+        brought = of_all | of_slow if "ray" in path.parts else of_all
         for top in set(IMPORTED.findall(path.read_text(encoding="utf-8"))) - OURS:
             owned = {plain(owner) for owner in owners.get(top, ())}
             assert top in sys.stdlib_module_names or owned & brought, f"{path}: {top}"
@@ -108,7 +109,7 @@ def test_what_tests_import_is_installed_for_them() -> None:
 
 def test_the_makefile_installs_extras_that_there_are() -> None:
     stamps = set(re.findall(r"^[\w -]+: .*\.venv/\.ready-(\w+)", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    assert stamps == {"demo", "dev", "docs", "speed"} <= PROJECT["optional-dependencies"].keys()
+    assert stamps == {"demo", "dev", "docs", "speed", "cluster"} <= PROJECT["optional-dependencies"].keys()
 
 
 @pytest.fixture(scope="module")

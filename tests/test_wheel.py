@@ -1,5 +1,6 @@
 """The wheel carries its data and works away from the checkout."""
 
+import hashlib
 import subprocess
 import sys
 import zipfile
@@ -7,18 +8,27 @@ from pathlib import Path
 
 import pytest
 
+from locks.contents import bill
+from locks.licences import is_copyleft
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory) -> Path:
-    """Return a folder that holds the package as a user's installation would: what a wheel of pure Python unpacks to."""
+def wheel(tmp_path_factory) -> Path:
+    """Return the wheel of this checkout."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(folder)]
     subprocess.run(build, check=True, cwd=ROOT, capture_output=True)
-    (wheel,) = folder.glob("*-py3-none-any.whl")
-    zipfile.ZipFile(wheel).extractall(folder / "site")
-    return folder / "site"
+    (made,) = folder.glob("*-py3-none-any.whl")
+    return made
+
+
+@pytest.fixture(scope="module")
+def installed(wheel) -> Path:
+    """Return a folder that holds the package as a user's installation would: what a wheel of pure Python unpacks to."""
+    zipfile.ZipFile(wheel).extractall(wheel.parent / "site")
+    return wheel.parent / "site"
 
 
 def run_from_root(installed: Path, *arguments: str) -> str:
@@ -44,6 +54,18 @@ def test_of_the_benchmarks_it_carries_results_and_suites_and_no_code(installed) 
     }
     here = (path for kind in ("results", "suites") for path in (ROOT / "benchmarks" / kind).rglob("*"))
     assert carried == {path.name for path in here if path.is_file()}
+
+
+def test_the_bill_of_materials_lists_weights_and_packages_with_licences(wheel) -> None:
+    listed = {item["name"]: item for item in bill(wheel)["components"]}
+    for path in (ROOT / "models").rglob("*.safetensors"):
+        item = listed[f"warehouse_sim/_data/{path.relative_to(ROOT)}"]
+        assert item["hashes"][0]["content"] == hashlib.sha256(path.read_bytes()).hexdigest()
+        assert item["licenses"] == [{"license": {"id": "Apache-2.0"}}]
+    assert {"numpy", "torch", "mujoco", "matplotlib"} <= listed.keys()
+    for item in listed.values():
+        licence = item["licenses"][0]["license"]
+        assert not is_copyleft(licence.get("id") or licence["name"]), item["name"]
 
 
 @pytest.mark.gl

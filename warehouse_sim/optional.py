@@ -18,8 +18,7 @@ EXTRAS = {
     "report": ("plotly", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),
     "view": ("rerun",),
-    "open3d": ("open3d",),
-    "cluster": ("ray", "fsspec"),
+    "cluster": ("ray", "grpc", "fsspec"),
     "gym": ("gymnasium",),
     "peers": ("pyrender", "trimesh"),
 }

@@ -68,7 +68,7 @@ def case_of(reader: DatasetReader, estimates: list[PoseEstimate]) -> dict:
                 "im_id": image.image_id,
                 "K": image.camera.K.tolist(),
                 "width": image.camera.width,
-                "gts": [
+                "ground_truths": [
                     {"obj_id": t.obj_id, "visib_fract": t.visible_fraction, **pose(t.T_camera_object)}
                     for t in image.targets
                 ],

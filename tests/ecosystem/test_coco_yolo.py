@@ -70,7 +70,7 @@ def test_yolo_is_read_by_ultralytics_and_supervision(root: Path, run_tool: RunTo
 
 def test_panoptic_is_read_by_panopticapi(root: Path, run_tool: RunTool) -> None:
     source = os.environ.get("WAREHOUSE_SIM_PANOPTICAPI")
-    if not source:
+    if not source or not Path(source).is_dir():
         pytest.skip("WAREHOUSE_SIM_PANOPTICAPI names no checkout of panopticapi")
     found = json.loads(run_tool("read_panoptic.py", source, root / "coco/annotations", "train"))
     assert {key: item["pq"] for key, item in found.items()} == {"All": 1.0, "Things": 1.0, "Stuff": 1.0}

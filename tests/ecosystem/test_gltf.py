@@ -19,7 +19,7 @@ pytestmark = pytest.mark.ecosystem
 @pytest.mark.parametrize("name", ["smoke", "block_storage"])
 def test_the_validator_finds_no_fault(tmp_path: Path, name: str) -> None:
     folder, node = os.environ.get("WAREHOUSE_SIM_GLTF_VALIDATOR"), shutil.which("node")
-    if not folder or node is None:
+    if not folder or not Path(folder).is_dir() or node is None:
         pytest.skip("WAREHOUSE_SIM_GLTF_VALIDATOR is not the folder of the npm package, or there is no node")
     recipe = load_recipe(name)
     path = write_glb(prepare_scene(recipe, 0, 0).scene, tmp_path / "scene.glb", recipe.sensors)

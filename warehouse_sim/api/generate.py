@@ -102,7 +102,7 @@ def with_outputs(recipe: ResolvedRecipe, outputs: Sequence[str]) -> ResolvedReci
 
 def plan_cost(recipe: ResolvedRecipe, config: GenerateConfig, out: Path) -> Estimate:
     """Return what ``write_dataset`` with the same arguments would cost; nothing is written to ``out``."""
-    return estimate(recipe, _complete(recipe, config), out)
+    return estimate(recipe, complete(recipe, config), out)
 
 
 def write_dataset(
@@ -121,10 +121,11 @@ def write_dataset(
     """
     if config.overwrite and config.resume:
         raise InputError("overwrite begins again and resume goes on; give one of them")
-    return make_dataset(recipe, out, _complete(recipe, config), progress or (lambda done, total: None))
+    return make_dataset(recipe, out, complete(recipe, config), progress or (lambda done, total: None))
 
 
-def _complete(recipe: ResolvedRecipe, config: GenerateConfig) -> GenerateConfig:
+def complete(recipe: ResolvedRecipe, config: GenerateConfig) -> GenerateConfig:
+    """Return a config that names its formats, with the options of its backend checked."""
     checked_options(config.backend, config.backend_options)
     return config if config.formats else replace(config, formats=default_formats(recipe))
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from warehouse_sim.dataset.manifest import Manifest
@@ -19,6 +20,10 @@ from warehouse_sim.optional import require
 ProgressCallback = Callable[[int, int], None]
 _TRIES_AGAIN = 5
 """Nodes that one scene may lose."""
+_LOOK_AGAIN = 5.0
+"""So often (s) it is looked whether there is still a connection."""
+_KEPT = "all else is kept: run it again"
+_GONE = f"the connection to the Ray cluster is gone; {_KEPT}"
 
 
 def generate_on_ray(
@@ -42,11 +47,15 @@ def generate_on_ray(
 
     Raises:
         MissingPackageError: Ray is not installed.
-        WorkerError: Scenes could not be made; all others are kept, and are not regenerated.
+        WorkerError: Scenes could not be made, or the cluster is not reached any more; all others are kept, and are
+            not regenerated.
     """
     ray = require("ray", "cluster", "to make scenes on a cluster")
     if not ray.is_initialized():
-        ray.init(address=address, log_to_driver=False)
+        try:
+            ray.init(address=address, log_to_driver=False)
+        except (ConnectionError, RuntimeError) as problem:
+            raise WorkerError(f"the Ray cluster {address or ''} cannot be reached ({problem})") from problem
     total = recipe.scenes if config.scenes is None else config.scenes
     there = set(stored_shards(place))
     wanted = [index for index in range(total) if packed_name(index) not in there]
@@ -55,7 +64,7 @@ def generate_on_ray(
     problems: list[str] = []
     progress(total - len(waiting), total)
     while waiting:
-        (done,), _ = ray.wait(list(waiting), num_returns=1)
+        done = _first_done(ray, list(waiting))
         index = waiting.pop(done)
         try:
             ray.get(done)
@@ -63,11 +72,37 @@ def generate_on_ray(
             problems.append(f"scene {index} of seed {config.seed}: {_last_line(problem)}")
         progress(total - len(waiting), total)
     if problems:
-        raise WorkerError(f"{'; '.join(problems)}; all else is kept: run it again, or make one alone with --shard")
+        raise WorkerError(f"{'; '.join(problems)}; {_KEPT}, or make one alone with --shard")
 
 
-def merge_packed(place: str, out: Path, progress: ProgressCallback = lambda done, total: None) -> Manifest:
+def _first_done(ray: ModuleType, waiting: list[Any]) -> Any:
+    """Return the first task that ends.
+
+    Raises:
+        WorkerError: The connection is gone: Ray itself would wait forever, or begin a new cluster.
+    """
+    done: list[Any] = []
+    while not done:
+        try:
+            done, _ = ray.wait(waiting, num_returns=1, timeout=_LOOK_AGAIN)
+        except (ConnectionError, ray.exceptions.RaySystemError, SystemExit) as problem:
+            # Ray ends the program, with 0, where its connection is closed while it waits.
+            raise WorkerError(_GONE) from problem
+        if not ray.is_initialized():
+            raise WorkerError(_GONE)
+    return done[0]
+
+
+def merge_packed(
+    place: str, out: Path, progress: ProgressCallback = lambda done, total: None, overwrite: bool = False
+) -> Manifest:
     """Make the dataset folder ``out`` of the archives in ``place``: the bytes of a run on one machine.
+
+    Args:
+        place: As for ``generate_on_ray``.
+        out: Folder to make; it must be empty unless ``overwrite``.
+        progress: Called after each archive.
+        overwrite: Remove the dataset that stands in ``out``.
 
     Raises:
         DatasetError: As ``merge``, or an archive cannot be read.
@@ -79,7 +114,7 @@ def merge_packed(place: str, out: Path, progress: ProgressCallback = lambda done
         for name, part in zip(names, parts, strict=True):
             part.mkdir()
             unpack_shard(place, name, part)
-        return merge(parts, out, progress=progress)
+        return merge(parts, out, progress=progress, overwrite=overwrite)
 
 
 def _make_packed(recipe: Recipe, place: str, config: GenerateConfig, shard: Shard) -> None:

@@ -1,4 +1,4 @@
-"""What the truck is told in one step, as numbers from -1 to 1 and in metres."""
+"""An order to the truck for one step, as numbers from -1 to 1 and in metres."""
 
 from dataclasses import dataclass
 

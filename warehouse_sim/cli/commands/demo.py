@@ -15,6 +15,8 @@ from warehouse_sim.cli.commands.preview import preview
 from warehouse_sim.cli.commands.train import train
 from warehouse_sim.cli.commands.view import validate
 from warehouse_sim.cli.console import finish, say
+from warehouse_sim.dataset.card.croissant import FILE as CROISSANT
+from warehouse_sim.dataset.card.croissant import write_croissant
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.optional import require_extra
 from warehouse_sim.output import make_folder, write_bytes
@@ -34,7 +36,7 @@ def demo(
     A demo that was interrupted goes on where it stopped when it is started again on the same folder.
 
     Args:
-        out: Folder for everything; the page to open is ``report.html`` in it.
+        out: Folder for everything; the page to open is ``report.html`` in it, ``croissant.json`` describes the dataset.
         recipe: Name of a shipped recipe or path of a recipe file.
         scenes: Number of scenes; the recipe's own number by default.
         seed: Seed of the dataset and of the training, >= 0.
@@ -58,6 +60,7 @@ def demo(
     with clock.stage("validate"):
         if validate(data) != 0:
             raise DatasetError(f"{data}: the generated dataset fails its own checks; please report this as a bug")
+    write_croissant(data, out / CROISSANT)
     with clock.stage("train"):
         if not (run / "result.json").is_file():
             train(estimator, (data,), run, resume=run.exists(), config=TrainConfig(max_minutes=max_minutes, seed=seed))

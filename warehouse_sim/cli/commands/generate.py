@@ -10,6 +10,7 @@ import tyro
 
 from warehouse_sim.cli.checks import processes
 from warehouse_sim.cli.console import count_progress, finish, say
+from warehouse_sim.cli.many_machines import SLURM, Elsewhere, on_ray, on_slurm
 from warehouse_sim.errors import InputError, WarehouseSimError
 from warehouse_sim.optional import require_extra
 
@@ -41,6 +42,9 @@ def generate(
     overwrite: bool = False,
     plan: bool = False,
     max_gb: float | None = None,
+    on: str | None = None,
+    shards: str | None = None,
+    tasks: int = 8,
 ) -> None:
     """Sample, settle, render and label scenes; ``manifest.json`` is written last.
 
@@ -70,6 +74,10 @@ def generate(
         plan: Make one scene apart, say what the dataset costs, and write nothing to ``--out``.
         max_gb: Stop before the folder takes more than this (GB), from the first scene of each worker on; ``--resume``
             goes on.
+        on: Other machines that make the scenes: ``ray``, ``ray://HOST`` or ``slurm-array``, see docs/many_machines.md.
+        shards: With --on, where they store their shards: a folder that all machines reach, for Ray also any place of
+            fsspec (``s3://bucket/data``); by default beside ``--out``.
+        tasks: With ``--on slurm-array``, tasks of the array, each with ``--workers`` processors (1).
     """
     count = processes(workers)
     if out is None and not plan:
@@ -83,7 +91,8 @@ def generate(
         of_recipes = {
             "scenes": scenes, "seed": seed, "formats": formats, "outputs": outputs, "backend": backend != "raster",
             "samples": samples, "backend-options": backend_options, "denoise": denoise, "difficulty": difficulty,
-            "workers": workers, "shard": shard, "scene-limit": scene_limit, "plan": plan, "max-gb": max_gb,
+            "workers": workers, "shard": shard, "scene-limit": scene_limit, "plan": plan, "max-gb": max_gb, "on": on,
+            "shards": shards,
         }  # fmt: skip
         given = [f"--{name}" for name, value in of_recipes.items() if value not in (None, False, 0, ())]
         if given:
@@ -117,6 +126,11 @@ def generate(
     if plan:
         _print_plan(chosen, config, out)
         return
+    if on is not None:
+        _elsewhere(recipe, difficulty, outputs, chosen, config, out, Elsewhere(on, shards, tasks, workers or 1))
+        return
+    if shards is not None:
+        raise InputError("--shards says where --on stores shards; give --on too, or leave it out")
     alone = partial(_alone, recipe, difficulty, outputs, config, scenes or chosen.scenes, out)
     try:
         with count_progress("scenes") as progress:
@@ -130,6 +144,29 @@ def generate(
         finish(out, "validate", out)
     else:
         finish(out, "generate", "--merge", "FOLDERS_OF_ALL_SHARDS", "--out", "DIR")
+
+
+def _elsewhere(
+    name: str,
+    difficulty: float | None,
+    outputs: Sequence[str],
+    recipe: "Recipe",
+    config: "GenerateConfig",
+    out: Path,
+    where: Elsewhere,
+) -> None:
+    """Let other machines make the dataset."""
+    from warehouse_sim.api.generate import complete
+
+    if config.shard is not None or config.max_gb is not None or config.resume:
+        raise InputError("--on makes all shards and goes on by itself; leave --shard, --max-gb and --resume out")
+    whole = complete(recipe, config)
+    if where.on == SLURM:
+        scenes = config.scenes or recipe.scenes
+        on_slurm(_arguments(name, difficulty, outputs, whole, scenes), recipe, whole, out, where)
+        return
+    _print_facts(out, on_ray(recipe, whole, out, where))
+    finish(out, "validate", out)
 
 
 def _print_plan(recipe: "Recipe", config: "GenerateConfig", out: Path) -> None:
@@ -187,10 +224,18 @@ def _alone(
     scene_index: int,
 ) -> str:
     """Return the command that makes one scene of the dataset, into a folder of its own."""
-    command = ["warehouse-sim", "generate", recipe, "--out", f"{out}-scene-{scene_index}", "--seed", str(config.seed)]
-    command += ["--scenes", str(total), "--shard", f"{scene_index}/{total}", "--workers", "1"]
+    command = ["warehouse-sim", "generate", *_arguments(recipe, difficulty, outputs, config, total)]
+    place = ["--out", f"{out}-scene-{scene_index}", "--shard", f"{scene_index}/{total}", "--workers", "1"]
+    return shlex.join([*command, *place])
+
+
+def _arguments(
+    recipe: str, difficulty: float | None, outputs: Sequence[str], config: "GenerateConfig", total: int
+) -> list[str]:
+    """Return the arguments of ``generate`` that decide the bytes of a dataset."""
+    command = [recipe, "--seed", str(config.seed), "--scenes", str(total)]
     command += [*(["--formats", *config.formats] if config.formats else []), "--backend", config.backend]
     command += ["--outputs", *outputs] if outputs else []
     if config.backend_options:
         command += ["--backend-options", *(f"{key}={value}" for key, value in config.backend_options.items())]
-    return shlex.join([*command, *([] if difficulty is None else ["--difficulty", str(difficulty)])])
+    return [*command, *([] if difficulty is None else ["--difficulty", str(difficulty)])]
