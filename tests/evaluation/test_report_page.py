@@ -58,7 +58,7 @@ def test_the_page_is_whole_small_and_needs_nothing_else(folders, tmp_path):
     out = write_report(inputs, tmp_path / "sub" / "report.html")
     text = out.read_text(encoding="utf-8")
     page = Page(text)
-    assert out.stat().st_size < 8e6
+    assert out.stat().st_size < 5e6
     needs_nothing_else(text)
     assert len(page.figures) == 2 + 2 * 5 + 2
     assert sum(name == "src" for name, _ in page.attributes) == 9 + 10, "close-ups of both evaluations"
@@ -130,6 +130,7 @@ def test_a_browser_sorts_filters_saves_and_turns(folders, tmp_path):
         )
         rows = list(csv.DictReader(io.StringIO(table)))
         assert float(rows[0]["ADD <\u00a010\u00a0% d low".replace("\u00a0", " ")]) <= 100.0
+        page.locator("#frames figure").first.wait_for()
         assert page.locator("#frames figure").count() == 4
         page.locator("select[name=failure]").select_option("missed")
         assert page.locator("#frames figure").count() == 1
