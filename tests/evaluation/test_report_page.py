@@ -106,6 +106,7 @@ def test_each_number_has_the_command_that_gives_it_and_a_method_its_name(folders
     write_scores(scores, tmp_path / "found")
     assert read_scores(tmp_path / "found").predicted_by == scores.predicted_by
     words = " ".join(Page(write_report([data, tmp_path / "found"], tmp_path / "r.html").read_text()).words)
+    assert "warehouse-sim generate recipe.yaml --seed 0 --scenes 4 --formats bop --out data" in words
     assert "warehouse-sim predict my-net" in words
     assert "warehouse-sim evaluate found/predictions.csv --data data --split test --out found" in words
     predictions.write(tmp_path / "p.csv", estimates)
