@@ -1,5 +1,7 @@
 """Pages read back by a strict parser, and opened in headless Chromium where there is one."""
 
+import base64
+import gzip
 import json
 import re
 import shutil
@@ -28,9 +30,9 @@ class Page(HTMLParser):
         self.attributes: list[tuple[str, str]] = []
         self.words: list[str] = []
         self.data: list[Any] = []
-        """What stands in scripts as JSON."""
+        """What stands in scripts as JSON, packed or not."""
         self._open: list[str] = []
-        self._is_data = False
+        self._is_data = self._is_packed = False
         self.feed(text)
         assert self._open == []
 
@@ -47,7 +49,9 @@ class Page(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
         self.attributes += [(name, value or "") for name, value in attrs]
-        self._is_data = ("type", "application/json") in attrs
+        given = dict(attrs)
+        self._is_data = given.get("type") == "application/json" or given.get("id") == "gallery-data"
+        self._is_packed = given.get("type") == "application/gzip"
         if tag not in self.VOID:
             self._open.append(tag)
 
@@ -58,7 +62,8 @@ class Page(HTMLParser):
         if self._open[-1:] != ["script"]:
             self.words.append(data)
         elif self._is_data:
-            self.data.append(json.loads(data))
+            text = gzip.decompress(base64.b64decode(data)) if self._is_packed else data
+            self.data.append(json.loads(text))
 
 
 def needs_nothing_else(text: str) -> None:

@@ -62,6 +62,15 @@ def test_of_few_frames_all_are_there_and_of_many_the_worst_and_a_sample(reader: 
     assert len(others) == 6, "sampled"
 
 
+def test_frames_are_shared_out_so_that_small_datasets_are_whole(reader: DatasetReader) -> None:
+    images = reader.images("all")
+    shown = [Shown(reader, images), Shown(reader, images[:1]), Shown(reader, images[:5])]
+    assert len(gallery(shown)["frames"]) == len(gallery(shown, None)["frames"]) == 12
+    few = gallery(shown, 7)
+    assert len(few["frames"]) == 7
+    assert [part.partition(" frames")[0] for part in few["chosen"].split("data: ")[1:]] == ["3 of 6", "all 1", "3 of 5"]
+
+
 def test_depth_on_the_page_is_the_depth_of_the_dataset(reader: DatasetReader) -> None:
     image = reader.images("all")[0]
     found = depth_of(reader, image, 10**6)
@@ -128,6 +137,7 @@ def test_the_command_writes_a_page_that_a_browser_opens(reader: DatasetReader, t
     assert main(["view", str(reader.root), "--html", str(tmp_path / "e.html"), "--limit", "2"]) == 0
     assert len(Page((tmp_path / "e.html").read_text()).frames) == 2
     with opened(out) as page:
+        page.locator("#frames figure").first.wait_for()
         assert page.locator("#frames figure").count() == 6
         page.locator("#frames figure").nth(1).press("Enter")
         page.wait_for_selector("#space canvas", timeout=60_000)

@@ -1,6 +1,7 @@
 """Write one self-contained page of what was made, trained and scored; its sections on datasets and runs are here."""
 
 import json
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -113,8 +114,18 @@ def dataset_section(data: DatasetReader) -> dict[str, Any]:
         "description": "" if manifest is None else manifest.contents.description,
         "facts": facts,
         "readings": _reading_rows(data, images),
+        "command": "" if manifest is None or manifest.converted_from else _generate_command(data, manifest),
         "recipe": "" if manifest is None else json.dumps(manifest.recipe, indent=2, ensure_ascii=False),
     }
+
+
+def _generate_command(data: DatasetReader, manifest: Manifest) -> str:
+    """Return what makes a dataset again from its resolved recipe, which the page has as a file."""
+    backend = [] if manifest.backend in ("", "raster") else ["--backend", manifest.backend]
+    options = [f"{name}={value}" for name, value in manifest.backend_options.items()]
+    words = ["warehouse-sim", "generate", "recipe.yaml", "--seed", str(manifest.seed), "--scenes", str(manifest.scenes)]
+    words += ["--formats", *manifest.formats, *backend, *(["--backend-options", *options] if options else [])]
+    return shlex.join([*words, "--out", data.root.resolve().name])
 
 
 def _reading_rows(data: DatasetReader, images: list[ImageRecord]) -> list[dict[str, str]]:

@@ -16,19 +16,15 @@ function layoutOf(layout = {}) {
 
 const PLOT = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
 
-// The library is large: it starts with the first chart, so that the page opens at once.
-function startPlotly() {
-  const library = document.getElementById("plotly");
-  if (!library) return;
-  const text = library.textContent;
-  library.remove();
+// The library is large: it starts when the page is open and nothing else is to be done.
+const idle = new Promise((done) => addEventListener("load", () => requestIdleCallback(done)));
+const library = idle.then(() => unpacked("plotly")).then((text) => {
   document.head.append(element("script", { textContent: text }));
-}
+});
 
 function plot(place) {
-  startPlotly();
   const source = place.querySelector("script");
-  if (!source) return;
+  if (!source || !window.Plotly) return;
   const { data, layout } = JSON.parse(source.textContent);
   source.remove();
   place.given = layout;
@@ -41,7 +37,7 @@ const sight = new IntersectionObserver((seen) => {
     if (isIntersecting) { sight.unobserve(target); requestIdleCallback(() => plot(target)); }
   }
 }, { rootMargin: "300px" });
-addEventListener("load", () => charts.forEach((place) => sight.observe(place)));
+library.then(() => charts.forEach((place) => sight.observe(place)));
 addEventListener("beforeprint", () => charts.forEach(plot));
 document.addEventListener("theme", () => {
   for (const place of charts) if (place.given) Plotly.relayout(place, layoutOf(place.given));

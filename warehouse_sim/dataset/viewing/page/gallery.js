@@ -1,8 +1,8 @@
 // The gallery: frames with outlines, filters over their objects, and a dialog with methods side by side, depth and 3D.
-const source = document.getElementById("gallery-data");
-const gallery = source && JSON.parse(source.textContent);
+let gallery;
 const TRUE = "#2ecc71";
 const FILTERS = ["class", "distance", "visibility", "light", "failure"];
+const BATCH = 24;
 const state = {};
 let order = [];
 let open = 0;
@@ -51,14 +51,23 @@ function describe({ tags, values: [distance, visible, lux] }) {
 function show() {
   order = gallery.frames.filter(isShown);
   if (state.sort) order.sort((a, b) => b.badness - a.badness);
-  const methods = state.method ? [state.method] : Object.keys(gallery.methods);
-  document.getElementById("frames").replaceChildren(...order.map((frame, at) => {
-    const made = element("figure", { tabIndex: 0, onclick: () => enlarge(at) }, picture(frame, methods),
-      element("figcaption", { className: "soft", textContent: `${frame.name}: ${frame.objects.length} objects` }));
-    made.onkeydown = (event) => event.key === "Enter" && enlarge(at);
-    return made;
-  }));
+  document.getElementById("frames").replaceChildren();
+  add();
   document.getElementById("count").textContent = `${order.length} of ${gallery.frames.length} frames`;
+}
+
+// Cards are made when they come into sight, some at a time.
+function add() {
+  const place = document.getElementById("frames");
+  const methods = state.method ? [state.method] : Object.keys(gallery.methods);
+  const start = place.childElementCount;
+  order.slice(start, start + BATCH).forEach((frame, number) => {
+    const open = () => enlarge(start + number);
+    const made = element("figure", { tabIndex: 0, onclick: open }, picture(frame, methods),
+      element("figcaption", { className: "soft", textContent: `${frame.name}: ${frame.objects.length} objects` }));
+    made.onkeydown = (event) => event.key === "Enter" && open();
+    place.append(made);
+  });
 }
 
 function choices() {
@@ -145,10 +154,27 @@ function sweep(text) {
   return trace(points, { name: "LiDAR", mode: "markers", marker: { size: 1.5, color: "#e0457b" } });
 }
 
-const CAMERA = { eye: { x: 0, y: -1.1, z: 0.5 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
+// The first view: from behind the camera at the objects; Plotly measures in the longest side of all that is there.
+function viewOf(traces, frame) {
+  const spans = ["x", "y", "z"].map((axis) => {
+    const values = traces.flatMap((item) => item[axis]).filter((value) => value != null);
+    return [Math.min(...values), Math.max(...values)];
+  });
+  const longest = Math.max(...spans.map(([low, high]) => high - low), 1e-3);
+  const near = frame.objects.flatMap((item) => item.corners);
+  const at = near.length ? [0, 2, 1].map((k) => near.reduce((sum, p) => sum + p[k], 0) / near.length) : null;
+  const center = spans.map(([low, high], k) => (at ? (k === 2 ? -at[k] : at[k]) - (low + high) / 2 : 0) / longest);
+  const away = at ? Math.min(1.2, Math.max(0.2, 1.4 * Math.hypot(...at) / longest)) : 1.2;
+  const eye = { x: center[0], y: center[1] - 0.9 * away, z: center[2] + 0.35 * away };
+  const [x, y, z] = center;
+  return { camera: { eye, center: { x, y, z }, up: { x: 0, y: 0, z: 1 } }, aspectmode: "manual",
+    aspectratio: Object.fromEntries(["x", "y", "z"].map((axis, k) => [axis, Math.max(spans[k][1] - spans[k][0], 1e-3) / longest])),
+    ...Object.fromEntries(["x", "y", "z"].map((axis, k) => [`${axis}axis`, { range: spans[k], showticklabels: false,
+      title: { text: "" }, showbackground: false }])) };
+}
 
 async function inSpace(frame, methods) {
-  startPlotly();
+  await library;
   const [space, flat] = ["space", "depth"].map((id) => document.getElementById(id));
   for (const place of [space, flat]) Plotly.purge(place);
   const line = (points, name, color, more = {}) => trace(points, { name, mode: "lines", line: { color, width: 4 }, ...more });
@@ -173,32 +199,37 @@ async function inSpace(frame, methods) {
       yaxis: { visible: false, autorange: "reversed", scaleanchor: "x" } }), PLOT);
   }
   if (!traces.some(({ x }) => x.length)) return;
-  const axis = { showticklabels: false, title: { text: "" }, showbackground: false };
-  Plotly.newPlot(space, traces, layoutOf({ height: space.clientHeight, margin: { l: 0, r: 0, t: 0, b: 0 },
-    scene: { aspectmode: "data", camera: CAMERA, xaxis: axis, yaxis: axis, zaxis: axis } }), PLOT);
+  const scene = viewOf(traces, frame);
+  space.first = scene.camera;
+  Plotly.newPlot(space, traces, layoutOf({ height: space.clientHeight, margin: { l: 0, r: 0, t: 0, b: 0 }, scene }), PLOT);
 }
 
 // Keys turn (arrows) and zoom (+ and -) the view in space; 0 goes back to the first view.
 function turn(event) {
-  const space = document.getElementById("space");
-  const { x, y, z } = space.layout?.scene?.camera?.eye ?? CAMERA.eye;
-  const [radius, round, up] = [Math.hypot(x, y, z), Math.atan2(y, x), Math.asin(z / Math.hypot(x, y, z))];
+  const space = event.currentTarget;
   const moved = { ArrowLeft: [1, -0.1, 0], ArrowRight: [1, 0.1, 0], ArrowUp: [1, 0, 0.1], ArrowDown: [1, 0, -0.1],
-    "+": [0.87, 0, 0], "=": [0.87, 0, 0], "-": [1.15, 0, 0] }[event.key];
-  if (!moved && event.key !== "0") return;
+    "+": [0.87, 0, 0], "=": [0.87, 0, 0], "-": [1.15, 0, 0], 0: [1, 0, 0] }[event.key];
+  if (!moved || !space.first) return;
   event.preventDefault();
   event.stopPropagation();
-  const [factor, turned, lifted] = moved ?? [1, 0, 0];
-  const [a, b, r] = [round + turned, Math.max(-1.5, Math.min(1.5, up + lifted)), radius * factor];
-  const eye = moved ? { x: r * Math.cos(a) * Math.cos(b), y: r * Math.sin(a) * Math.cos(b), z: r * Math.sin(b) } : CAMERA.eye;
-  Plotly.relayout(space, { "scene.camera": { ...CAMERA, eye } });
+  const camera = event.key === "0" ? space.first : space.layout.scene.camera;
+  const { eye, center } = camera;
+  const [x, y, z] = ["x", "y", "z"].map((axis) => eye[axis] - center[axis]);
+  const radius = Math.hypot(x, y, z) * moved[0];
+  const round = Math.atan2(y, x) + moved[1];
+  const up = Math.max(-1.5, Math.min(1.5, Math.asin(z / Math.hypot(x, y, z)) + moved[2]));
+  Plotly.relayout(space, { "scene.camera": { ...camera, eye: { x: center.x + radius * Math.cos(round) * Math.cos(up),
+    y: center.y + radius * Math.sin(round) * Math.cos(up), z: center.z + radius * Math.sin(up) } } });
 }
 
-if (gallery) {
+async function start() {
+  gallery = JSON.parse(await unpacked("gallery-data"));
   choices();
   show();
   const dialog = document.getElementById("frame");
   document.getElementById("space").onkeydown = turn;
+  new IntersectionObserver(([{ isIntersecting }]) => isIntersecting && add(), { rootMargin: "900px" })
+    .observe(document.getElementById("more"));
   for (const button of dialog.querySelectorAll("button[type=button]")) button.onclick = () => enlarge(open + Number(button.value));
   dialog.onkeydown = ({ key }) => {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[key];
@@ -211,3 +242,5 @@ if (gallery) {
     };
   });
 }
+
+if (document.getElementById("gallery-data")) start();

@@ -1,5 +1,6 @@
 """Frames of datasets for the gallery of a page: which ones, and what the browser shows of each."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,8 +20,10 @@ FRAMES = 300
 """Frames on a page by default."""
 _WORST = 100
 """Frames that each filter may bring, those in which it finds its worst object."""
-_BUDGET = 8_500_000
-"""Characters of a page that the arrays of ``FRAMES`` frames may take together."""
+_BUDGET = 11_500_000
+"""Characters of a page that ``FRAMES`` frames may take together; a page of 15 MB also has a library of 2 MB."""
+_PACKED = 3
+"""How many characters of numbers and words become one on a page."""
 _MOST_EACH = 90_000
 _SEED = 0
 _MOVED = 0.05
@@ -71,22 +74,30 @@ def gallery(shown: Sequence[Shown], frames: int | None = FRAMES) -> dict[str, An
         DatasetError: A file of a dataset is missing or malformed.
     """
     methods = list(dict.fromkeys(name for item in shown for name in item.answers))
-    count = sum(len(item.images) for item in shown)
-    most = count if frames is None else -(-frames // max(len(shown), 1))
+    counts = [len(item.images) for item in shown]
+    most = _shares(counts, sum(counts) if frames is None else frames)
+    budget = min(_MOST_EACH, _BUDGET // max(min(sum(most), FRAMES), 1))
     rows, words = [], []
-    for item in shown:
+    for item, count in zip(shown, most, strict=True):
         lux = illuminances(item.reader, item.images)
-        chosen, how = choose(item, lux, most)
-        words.append(f"{item.reader.root.resolve().name}: {how}" if len(shown) > 1 else how)
-        ways = _ways(item)
-        budget = min(_MOST_EACH, _BUDGET // max(min(len(chosen) * len(shown), FRAMES), 1))
-        rows += [_frame(item, image, lux, ways[image.scene_id], methods, budget) for image in chosen]
+        chosen, how = choose(item, lux, count)
+        words.append(f"{item.reader.root.resolve().name}: {how}" if len(shown) > 1 else how.capitalize())
+        scenes = _by_scene(item)
+        rows += [_frame(item, image, lux, scenes[image.scene_id], methods, budget) for image in chosen]
     return {
-        "chosen": f"{'. '.join(words).capitalize()}.",
+        "chosen": f"{'. '.join(words)}.",
         "methods": {name: _COLORS[number % len(_COLORS)] for number, name in enumerate(methods)},
         "edges": box_edges(),
         "frames": rows,
     }
+
+
+def _shares(counts: Sequence[int], most: int) -> list[int]:
+    """Return how many of each count are taken, ``most`` together: small ones as a whole, of the others equally many."""
+    taken = [0] * len(counts)
+    for place, index in enumerate(sorted(range(len(counts)), key=counts.__getitem__)):
+        taken[index] = min(counts[index], (most - sum(taken)) // (len(counts) - place))
+    return taken
 
 
 def choose(shown: Shown, lux: Mapping[Label, float], most: int) -> tuple[list[ImageRecord], str]:
@@ -150,8 +161,8 @@ def _label(image: ImageRecord, target: TargetRecord) -> Label:
     return image.scene_id, image.image_id, target.gt_index
 
 
-def _ways(shown: Shown) -> dict[int, list[ImageRecord]]:
-    """Return the images of each scene in their order."""
+def _by_scene(shown: Shown) -> dict[int, list[ImageRecord]]:
+    """Return the images of each scene."""
     found: dict[int, list[ImageRecord]] = {}
     for image in shown.images:
         found.setdefault(image.scene_id, []).append(image)
@@ -174,7 +185,7 @@ def _frame(
     depth, sweep = depth_of(reader, image, budget), sweep_of(reader, image)
     way = [invert(image.T_world_camera) @ item.T_world_camera for item in scene]
     moved = max(np.linalg.norm(T[:3, 3]) for T in way) > _MOVED
-    kept = budget - (len(depth["png"] + depth["pixels"]) if depth else 0) - len(sweep or "")
+    kept = budget - len(json.dumps([depth, sweep])) - len(json.dumps(objects)) // _PACKED
     return {
         "name": place_of(image),
         "data": reader.root.resolve().name,
