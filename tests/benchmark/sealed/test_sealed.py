@@ -1,4 +1,4 @@
-"""A frozen set gives strangers no truth, checks its seal, and scores as the open dataset does."""
+"""A frozen set gives strangers no ground truth, checks its seal, and scores as the open dataset does."""
 
 import json
 import shutil

@@ -92,8 +92,8 @@ def face_rows(group: Group, folder: Path) -> Iterator[Row]:
             if isinstance(member, Evaluated) and all(item is None for item in found):
                 raise InputError(f"{group.name} answers none of the faces: their pallets are in no catalog")
             values = np.array([item is not None and item.docked for item in found], dtype=float)
-            condition = f"{folder.name}, masks: {masks}, gravity: {gravity}"
-            yield mean_row(("faces", group.name, condition, "all", "docked"), values, sites, group.trainings)
+            condition = f"masks: {masks}, gravity: {gravity}"
+            yield mean_row(("faces", group.name, condition, folder.name, "docked"), values, sites, group.trainings)
 
 
 def _as_elsewhere(face: RecordedFace, faces: Sequence[RecordedFace]) -> Entry | None:

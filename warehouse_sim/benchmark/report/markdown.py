@@ -57,11 +57,19 @@ def summary(result: SuiteResult) -> Iterator[str]:
         if table == "scores":
             rows = [row for row in rows if row.group == "all"] or rows
         if rows:
-            yield from _table(rows)
+            yield from face_lines(rows) if table == "faces" else _table(rows)
     for item in result.left_out:
         yield f"not scored: {item.estimator}, {item.condition}: {item.reason}"
     for note in result.notes:
         yield f"note: {note}"
+
+
+def face_lines(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a line for each method and condition of recorded faces: into how many of them a fork goes."""
+    several = len({row.group for row in rows}) > 1
+    for row in rows:
+        where = f", {row.group}" if several else ""
+        yield f"{row.estimator}, {row.condition}{where}  {round(row.value * row.n)} of {row.n}"
 
 
 def size_lines(result: SuiteResult) -> Iterator[str]:

@@ -51,7 +51,7 @@ def write_sealed(path: Path, facts: SetFacts, roots: Mapping[str, Path]) -> str:
     Args:
         path: The file.
         facts: What it says of itself.
-        roots: Folder of each dataset, with its truth.
+        roots: Folder of each dataset, with its labels.
     """
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(_FACTS, json.dumps(asdict(facts)))
