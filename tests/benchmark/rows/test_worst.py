@@ -1,8 +1,8 @@
 """The headline of several layouts is each estimator's worst, and a row of faces is a line that people count by."""
 
 from warehouse_sim.benchmark.report.markdown import face_lines
-from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import WORST, worst_rows
+from warehouse_sim.benchmark.rows.row import WORST, Row
+from warehouse_sim.benchmark.rows.scores import worst_rows
 
 
 def row(estimator: str, condition: str, value: float, metric: str = "dock_0mm", group: str = "all") -> Row:

@@ -157,6 +157,8 @@ def test_the_ladder_ends_at_the_truth_and_has_the_ceiling_below_it(frozen: Path,
     worst = {
         row.estimator: row.value for row in result.rows if row.condition == "worst layout" and row.metric == "add_10pct"
     }
+    page = (tmp_path / "results" / "warehouses-tiny-v1.md").read_text()
+    assert "| layout | n | shuffled | oracle-icp | oracle |" in page
     assert worst["shuffled"] < worst["oracle-icp"] <= worst["oracle"] == 1.0
 
 

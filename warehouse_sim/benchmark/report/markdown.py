@@ -1,9 +1,9 @@
 """A result as a Markdown page, with an interval in every cell."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.rows.row import Row, Table
+from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Row, Table
 from warehouse_sim.evaluation.report.numbers import percent
 
 TITLES: dict[Table, str] = {
@@ -36,6 +36,8 @@ HOW: dict[Table, str] = {
 def page(result: SuiteResult) -> str:
     """Return the page of a result."""
     lines = [f"# {result.suite}{' (quick)' if result.quick else ''}", "", result.question, "", *size_lines(result), ""]
+    if any(row.condition == WORST for row in result.rows):
+        lines += ["## Docked by layout, the worst first", "", *_by_layout(result.rows), ""]
     for table, title in TITLES.items():
         rows = [row for row in result.rows if row.table == table]
         if rows:
@@ -105,6 +107,25 @@ def _table(rows: Sequence[Row]) -> Iterator[str]:
         shown = [cell_text(cells.get(metric), first) for metric in metrics]
         named = [estimator, condition, group, *([against] if paired else []), str(first.n)]
         yield f"| {' | '.join([*named, *shown, first.over])} |"
+
+
+def _by_layout(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a table with a line for each layout, that where estimators dock least first, and a column for each."""
+    docked = [row for row in rows if (row.table, row.group, row.metric) == ("scores", "all", HEADLINE)]
+    layouts: dict[str, dict[str, Row]] = {}
+    for row in docked:
+        if row.condition != WORST:
+            layouts.setdefault(row.condition, {})[row.estimator] = row
+    names = list(dict.fromkeys(row.estimator for row in docked))
+    yield f"| layout | n | {' | '.join(names)} |"
+    yield "|" + "---|" * (len(names) + 2)
+    for layout, cells in sorted(layouts.items(), key=lambda item: _mean(item[1])):
+        first = max(cells.values(), key=lambda row: row.n)
+        yield f"| {layout} | {first.n} | {' | '.join(cell_text(cells.get(name), first) for name in names)} |"
+
+
+def _mean(cells: Mapping[str, Row]) -> float:
+    return sum(row.value for row in cells.values()) / len(cells)
 
 
 def cell_text(row: Row | None, first: Row) -> str:
