@@ -4,6 +4,7 @@ from pathlib import Path
 
 from warehouse_sim.benchmark.entrants.entrant import Group, ResultFile
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult, machine
+from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import score_rows, worst_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened
 from warehouse_sim.benchmark.sealed.seal import opened, read_facts, require_sealed
@@ -34,7 +35,7 @@ def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -
         raise InputError(f"{predictions}: lacks {', '.join(f'{name}.csv' for name in missing)}: one for each layout")
     suite, method = load_suite(facts.suite), predictions.resolve().name
     group = Group(method, (ResultFile(method, predictions),))
-    rows, data = [], []
+    rows, data = list[Row](), list[DataFacts]()
     with opened(sealed) as folder:
         for name in facts.data:
             reader = DatasetReader(folder / name)
@@ -55,6 +56,6 @@ def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -
         reused=0,
         data=tuple(data),
         estimators=(EstimatorFacts(method, 0),),
-        rows=(*(worst_rows(rows, facts.data) if suite.worst_first else ()), *rows),
+        rows=(*(worst_rows(rows, list(facts.data)) if suite.worst_first else ()), *rows),
         notes=(f"frozen set {facts.name}",),
     )
