@@ -265,7 +265,7 @@ def _mask_by_hand(exact: Bool[np.ndarray, "h w"], rng: np.random.Generator) -> B
     return np.asarray(wander > 0.5)
 
 
-_CONDITIONS = (("label", "none"), ("label", "label"), ("box", "none"), ("box", "label"))
+_CONDITIONS = (("gt", "none"), ("gt", "gt"), ("box", "none"), ("box", "gt"))
 """Masks and gravity that methods are given."""
 
 

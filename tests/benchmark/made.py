@@ -27,7 +27,6 @@ HIDDEN = DataConfig(
     },
     ("kitti", "bop"),
 )
-BASELINES = ("rectangle-fit", "rectangle-fit+lidar")
 
 
 def shrunk(suite: Suite) -> Suite:

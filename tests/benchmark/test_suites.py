@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmark.made import BASELINES, bench_folder, only_scored, shrunk
+from tests.benchmark.made import bench_folder, only_scored, shrunk
 from tests.shared import Shared
 from warehouse_sim.benchmark.disturbances import DISTURBANCES
+from warehouse_sim.benchmark.entrants.entrant import LADDER
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.sets import recipe_of
@@ -40,10 +41,11 @@ def test_a_suite_names_only_what_there_is(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ON_IMAGES)
-def test_a_suite_asks_the_ground_truth_chance_and_a_baseline(name: str) -> None:
+def test_every_table_has_the_ladder_from_chance_to_ground_truth(name: str) -> None:
     for suite in (SUITES[name], quickened(SUITES[name])):
-        assert {"oracle", "shuffled"} <= set(suite.estimators)
-        assert set(suite.estimators) & set(BASELINES)
+        plain = [item.removesuffix("+lidar") for item in suite.estimators]
+        assert [item for item in plain if item in LADDER] == list(LADDER)
+        assert plain[-2:] == list(LADDER[-2:]), "methods stand before the ceiling"
 
 
 def test_seeds_of_what_is_scored_are_those_of_nothing_that_is_bundled() -> None:

@@ -41,5 +41,5 @@ def test_material_is_read_on_the_face_and_openings_behind_it(faces: list[Recorde
 
 def test_a_fork_enters_by_the_labels_and_by_a_rectangle_with_gravity(faces: list[RecordedFace]) -> None:
     assert all(drive_in(face, face.T_camera_dock, list(face.pockets[:, 1:])).docked for face in faces)
-    found = entries(None, {}, faces, "label", "label")
+    found = entries(None, {}, faces, "gt", "gt")
     assert np.mean([entry is not None and entry.docked for entry in found]) > 0.8

@@ -78,7 +78,7 @@ def test_a_folder_without_labels_is_named(tmp_path: Path) -> None:
 
 def test_disturbances_are_what_their_names_say(tmp_path: Path) -> None:
     item = face(tmp_path)
-    off = gravity_of(item, "label, 0.3 deg off", np.random.default_rng(0))
+    off = gravity_of(item, "gt, 0.3 deg off", np.random.default_rng(0))
     assert off is not None
     assert np.degrees(np.arccos(off @ item.gravity)) == pytest.approx(0.3, abs=0.01)
     wide = masked(item.mask, "dilated by 5 px", None).mask
@@ -100,9 +100,9 @@ def test_the_trivial_method_finds_an_exact_rectangle() -> None:
 @pytest.mark.parametrize(
     ("masks", "gravity", "least"),
     [
-        pytest.param("label", "none", 13, marks=pytest.mark.slow),
-        ("label", "label", 14),
-        pytest.param("dilated by 5 px", "label", 13, marks=pytest.mark.slow),
+        pytest.param("gt", "none", 13, marks=pytest.mark.slow),
+        ("gt", "gt", 14),
+        pytest.param("dilated by 5 px", "gt", 13, marks=pytest.mark.slow),
     ],
 )
 def test_recorded_fronts_are_docked_at(real_data: Path, masks: str, gravity: str, least: int) -> None:

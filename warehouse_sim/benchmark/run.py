@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated,
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.groups import lidar_points, split_name
 from warehouse_sim.benchmark.recorded.entries import BASELINE
-from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded
+from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
 from warehouse_sim.benchmark.report.markdown import page
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
@@ -21,7 +21,7 @@ from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import require_metrics, score_rows, worst_rows
 from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
-from warehouse_sim.benchmark.sealed.seal import read_facts, unsealed
+from warehouse_sim.benchmark.sealed.score import open_set
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
 from warehouse_sim.benchmark.third_party import counted, on_folder
@@ -213,22 +213,12 @@ def _on_folder(run: _Run, data: Path, estimators: Sequence[str]) -> None:
 
 
 def _on_sealed(run: _Run, sealed: Path, public: Path | None) -> None:
-    """Run the suite on a frozen set whose halves are both there.
-
-    Raises:
-        InputError: One is not, or the set is of another suite.
-    """
-    facts = read_facts(sealed)
-    if public is None or facts.suite != run.suite.name or not set(facts.data) <= set(run.suite.data):
-        raise InputError(
-            f"--sealed {sealed}: holds {facts.name} of the suite {facts.suite}; name its folder with --data"
-        )
-    run.progress(0.0, f"{facts.name} is unpacked")
-    for name, root in unsealed(sealed, public, run.config.out / "unsealed" / facts.name).items():
-        run.opened[name] = Opened(MadeSet(name, root), DatasetReader(root), {})
+    """Run the suite on a frozen set whose halves are both there."""
+    run.progress(0.0, f"{sealed.name} is unpacked")
+    run.opened, note = open_set(run.suite, sealed, public, run.config.out)
     kept = {name: item for name, item in run.suite.evaluated.items() if item.data in run.opened}
     run.suite = replace(run.suite, conditions=kept)
-    run.notes.append(f"frozen set {facts.name}")
+    run.notes.append(note)
     _train(run)
     _ask(run)
 
@@ -252,6 +242,8 @@ def _on_recorded(run: _Run, data: Path | None) -> list[Row]:
     evaluated = {name: ConditionConfig(name) for name in run.opened}
     run.suite = replace(run.suite, conditions=evaluated)
     _ask(run)
+    run.answers, silent = who_answers(run.answers)
+    run.left_out += silent
     return rows
 
 

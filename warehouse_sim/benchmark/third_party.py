@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
+from warehouse_sim.benchmark.entrants.entrant import LADDER
 from warehouse_sim.benchmark.groups import lidar_points, places_of
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, posed_split
 from warehouse_sim.benchmark.sets import MadeSet
@@ -18,8 +19,6 @@ LINEMOD_OBJECTS = (1, 2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15)
 """The thirteen of LINEMOD that have a mesh in every copy of it: all but bowl (3) and cup (7)."""
 KITTI_CLASSES = ("Car", "Pedestrian")
 _NEAR, _ENOUGH_POINTS = 7.0, 100
-_ALWAYS = ("oracle", "shuffled", "rectangle-fit", "icp-multistart")
-"""Estimators by default: bundled networks do not know third-party objects."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def on_folder(suite: Suite, data: Path) -> tuple[Suite, Opened, Protocol]:
         suite,
         data={},
         conditions=conditions,
-        estimators=_ALWAYS,
+        estimators=LADDER,  # bundled networks do not know third-party objects
         metrics=tuple(metrics),
         by=by,
         detectors=(),

@@ -36,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
 def test_what_can_be_scored_is_and_the_rest_is_said(folder: Path, tmp_path: Path) -> None:
     suite, config = load_suite("real"), RunConfig(tmp_path / "out", workers=1)
     result = run_suite(suite, ("oracle", "shuffled", "rectangle-fit"), config=config, data=folder)
-    docked = {row.estimator: row.value for row in result.rows if "masks: label, gravity: label" in row.condition}
+    docked = {row.estimator: row.value for row in result.rows if "masks: gt, gravity: gt" in row.condition}
     assert docked["oracle"] == 1.0
     assert BASELINE in docked
     assert docked["shuffled"] == 0.0, "of a single frame there is no other to take the pose of"

@@ -1,4 +1,4 @@
-"""A frozen set gives strangers no truth, checks its seal, and scores as the open dataset does."""
+"""A frozen set gives strangers no ground truth, checks its seal, and scores as the open dataset does."""
 
 import json
 import shutil
@@ -12,7 +12,7 @@ from tests.shared import Shared
 from warehouse_sim.benchmark.entrants.entrant import Oracle
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
-from warehouse_sim.benchmark.sealed.make import make_set
+from warehouse_sim.benchmark.sealed.make import make_set, seeds_of
 from warehouse_sim.benchmark.sealed.public import levelled
 from warehouse_sim.benchmark.sealed.score import evaluate_sealed
 from warehouse_sim.benchmark.sealed.seal import read_facts, require_sealed, unsealed
@@ -28,6 +28,7 @@ from warehouse_sim.geometry.pose import invert
 
 pytestmark = pytest.mark.gl
 _LAYOUTS = ("selective_rack", "industrial")
+_SEEDS = {"selective_rack": 7_310_274_519_113_001, "industrial": 7_310_274_519_113_002}
 
 
 def tiny() -> Suite:
@@ -41,10 +42,21 @@ def tiny() -> Suite:
     )
 
 
+def make_tiny(folder: Path) -> None:
+    """Make a small set, as a run that goes on: of scenes that are known to have pallets that a truck can take."""
+    begun(folder / "tiny-v1.unsealed", _SEEDS)
+    make_set(tiny(), folder / "tiny-v1", 1)
+
+
+def begun(work: Path, seeds: dict[str, int]) -> None:
+    work.mkdir(parents=True)
+    (work / "seeds.json").write_text(json.dumps(seeds))
+
+
 @pytest.fixture(scope="module")
 def frozen(shared: Shared) -> Path:
     """Return the public folder of a small set; the sealed file lies beside it."""
-    return shared.made("frozen", lambda folder: make_set(tiny(), folder / "tiny-v1", 1)) / "tiny-v1"
+    return shared.made("frozen", make_tiny) / "tiny-v1"
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +169,8 @@ def test_the_ladder_ends_at_the_truth_and_has_the_ceiling_below_it(frozen: Path,
     worst = {
         row.estimator: row.value for row in result.rows if row.condition == "worst layout" and row.metric == "add_10pct"
     }
+    page = (tmp_path / "results" / "warehouses-tiny-v1.md").read_text()
+    assert "| layout | n | shuffled | oracle-icp | oracle |" in page
     assert worst["shuffled"] < worst["oracle-icp"] <= worst["oracle"] == 1.0
 
 
@@ -179,11 +193,22 @@ def test_a_changed_a_strange_and_a_missing_file_are_told_apart(frozen: Path, tmp
         evaluate_sealed(empty, sealed, sums)
 
 
+def test_images_of_another_set_are_rejected(frozen: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "tiny-v1"
+    shutil.copytree(frozen, changed)
+    image = next(changed.glob("industrial/test/*/depth/*.png"))
+    image.write_bytes(image.read_bytes() + b"\0")
+    with pytest.raises(InputError, match="industrial: is not what tiny-v1 was sealed with"):
+        unsealed(frozen.with_name("tiny-v1.sealed"), changed, tmp_path / "out")
+
+
 def test_a_set_is_never_made_twice_and_goes_on_with_its_seeds(frozen: Path, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="is there already"):
         make_set(tiny(), frozen, 1)
-    work = tmp_path / "other.unsealed"
-    work.mkdir()
-    (work / "seeds.json").write_text(json.dumps(dict.fromkeys(_LAYOUTS, 5)))
-    path, _ = make_set(tiny(), tmp_path / "other", 1)
-    assert read_facts(path).seeds == dict.fromkeys(_LAYOUTS, 5)
+    assert read_facts(frozen.with_name("tiny-v1.sealed")).seeds == _SEEDS
+
+
+def test_seeds_come_from_the_system_and_are_kept_by_a_run_that_goes_on(tmp_path: Path) -> None:
+    first, other = (seeds_of(tmp_path / name, list(_LAYOUTS)) for name in ("a", "b"))
+    assert len({*first.values(), *other.values()}) == 4
+    assert seeds_of(tmp_path / "a", list(_LAYOUTS)) == first

@@ -48,6 +48,18 @@ def test_every_right_one_beside_a_wrong_one_of_its_score_is_half():
     assert sure["easy", "space"].ap_40 == 1.0
 
 
+def test_kitti_counts_recall_by_the_surest_box_that_overlaps_and_not_by_the_nearest():
+    """Of labels fed back in another order, one is left over where boxes overlap by more than is required."""
+    labels = [
+        pallet(box_xyxy=(25.0 * k, 50.0, 25.0 * k + 80.0, 110.0), location=(3.0 * k, 1.0, 6.0)) for k in range(60)
+    ]
+    for scores in ([1.0] * 60, [1.0 - 0.001 * k for k in range(60)]):  # ties or not
+        assert scores_of(labels, labels, scores)["easy", "image"].ap_40 == 1.0
+        turned = scores_of(labels, labels[::-1], scores)
+        assert turned["easy", "image"].ap_40 == pytest.approx(39 / 40)
+        assert turned["easy", "space"].ap_40 == 1.0, "boxes in space share nothing"
+
+
 def test_what_is_turned_by_a_quarter_keeps_its_precision_and_half_its_orientation():
     labels = [pallet(number) for number in range(50)]
     turned = [replace(label, alpha=label.alpha + math.pi / 2) for label in labels]
@@ -135,7 +147,7 @@ def test_the_command_says_where_the_scores_are_and_what_comes_next(tmp_path, cap
     data, results = made_folder(tmp_path / "data", 2), tmp_path / "results"
     results.mkdir()
     (results / "000000.txt").write_text(line(pallet(0), 0.8) + "\n")
-    evaluate(results, data, tmp_path / "out")
+    evaluate(results, tmp_path / "out", data)
     *_, where, then = capsys.readouterr().out.splitlines()
     assert where == f"output: {tmp_path / 'out' / 'kitti_scores.json'}"
     assert then.startswith(f"next:   warehouse-sim view {data} --summary")

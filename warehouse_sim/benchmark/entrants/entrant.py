@@ -26,7 +26,7 @@ from warehouse_sim.version import __version__
 
 ORACLE, SHUFFLED, CEILING = "oracle", "shuffled", "oracle-icp"
 LADDER = (SHUFFLED, "rectangle-fit", "icp-multistart", CEILING, ORACLE)
-"""References of every table, from chance to truth; methods stand before the ceiling of the sensor."""
+"""References of every table, from chance to ground truth; methods stand before the ceiling of the sensor."""
 Fraction = Callable[[float, str], None]
 _SEED = 20_260
 """Of the shuffling."""

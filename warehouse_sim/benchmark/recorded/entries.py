@@ -18,8 +18,8 @@ from warehouse_sim.geometry.pose import Transform, invert, transform_points
 from warehouse_sim.schema import PoseEstimate
 
 BASELINE = "plane and rectangle"
-GRAVITY = ("none", "label", "label, 0.3 deg off")
-MASKS = ("label", "dilated by 5 px", "box")
+GRAVITY = ("none", "gt", "gt, 0.3 deg off")
+MASKS = ("gt", "dilated by 5 px", "box")
 _OFF_DEG = 0.3
 
 
@@ -37,7 +37,7 @@ def gravity_of(recorded: RecordedFace, kind: str, rng: np.random.Generator) -> n
     """Return what is known of gravity."""
     if kind == "none":
         return None
-    if kind == "label":
+    if kind == "gt":
         return recorded.gravity
     axis = np.cross(recorded.gravity, rng.normal(size=3))
     off = recorded.gravity + np.tan(np.deg2rad(_OFF_DEG)) * np.cross(axis / np.linalg.norm(axis), recorded.gravity)

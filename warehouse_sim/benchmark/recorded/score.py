@@ -10,9 +10,10 @@ import numpy as np
 from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group, Oracle, Shuffled
 from warehouse_sim.benchmark.recorded.entries import BASELINE, GRAVITY, MASKS, entries
 from warehouse_sim.benchmark.recorded.faces import Entry, RecordedFace, drive_in, read_faces
+from warehouse_sim.benchmark.result import LeftOut
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import mean_row
-from warehouse_sim.benchmark.scored import posed_split
+from warehouse_sim.benchmark.scored import Answer, posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
 
@@ -92,8 +93,21 @@ def face_rows(group: Group, folder: Path) -> Iterator[Row]:
             if isinstance(member, Evaluated) and all(item is None for item in found):
                 raise InputError(f"{group.name} answers none of the faces: their pallets are in no catalog")
             values = np.array([item is not None and item.docked for item in found], dtype=float)
-            condition = f"{folder.name}, masks: {masks}, gravity: {gravity}"
-            yield mean_row(("faces", group.name, condition, "all", "docked"), values, sites, group.trainings)
+            condition = f"masks: {masks}, gravity: {gravity}"
+            yield mean_row(("faces", group.name, condition, folder.name, "docked"), values, sites, group.trainings)
+
+
+def who_answers(answers: Sequence[Answer]) -> tuple[list[Answer], list[LeftOut]]:
+    """Return the answers of those who answer anything, and who does not: no number is a score of nothing."""
+    silent = [
+        item
+        for item in answers
+        if isinstance(item.group.members[0], Evaluated) and not any(scores.estimates for scores in item.scores)
+    ]
+    left_out = [
+        LeftOut(item.group.name, item.condition, "answers nothing: it knows no such objects") for item in silent
+    ]
+    return [item for item in answers if item not in silent], left_out
 
 
 def _as_elsewhere(face: RecordedFace, faces: Sequence[RecordedFace]) -> Entry | None:

@@ -1,9 +1,9 @@
 """A result as a Markdown page, with an interval in every cell."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from warehouse_sim.benchmark.result import SuiteResult
-from warehouse_sim.benchmark.rows.row import Row, Table
+from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Row, Table
 from warehouse_sim.evaluation.report.numbers import percent
 
 TITLES: dict[Table, str] = {
@@ -36,6 +36,8 @@ HOW: dict[Table, str] = {
 def page(result: SuiteResult) -> str:
     """Return the page of a result."""
     lines = [f"# {result.suite}{' (quick)' if result.quick else ''}", "", result.question, "", *size_lines(result), ""]
+    if any(row.condition == WORST for row in result.rows):
+        lines += ["## Docked by layout, the worst first", "", *_by_layout(result.rows), ""]
     for table, title in TITLES.items():
         rows = [row for row in result.rows if row.table == table]
         if rows:
@@ -57,11 +59,19 @@ def summary(result: SuiteResult) -> Iterator[str]:
         if table == "scores":
             rows = [row for row in rows if row.group == "all"] or rows
         if rows:
-            yield from _table(rows)
+            yield from face_lines(rows) if table == "faces" else _table(rows)
     for item in result.left_out:
         yield f"not scored: {item.estimator}, {item.condition}: {item.reason}"
     for note in result.notes:
         yield f"note: {note}"
+
+
+def face_lines(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a line for each method and condition of recorded faces: into how many of them a fork goes."""
+    several = len({row.group for row in rows}) > 1
+    for row in rows:
+        where = f", {row.group}" if several else ""
+        yield f"{row.estimator}, {row.condition}{where}  {round(row.value * row.n)} of {row.n}"
 
 
 def size_lines(result: SuiteResult) -> Iterator[str]:
@@ -97,6 +107,25 @@ def _table(rows: Sequence[Row]) -> Iterator[str]:
         shown = [cell_text(cells.get(metric), first) for metric in metrics]
         named = [estimator, condition, group, *([against] if paired else []), str(first.n)]
         yield f"| {' | '.join([*named, *shown, first.over])} |"
+
+
+def _by_layout(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a table with a line for each layout, that where estimators dock least first, and a column for each."""
+    docked = [row for row in rows if (row.table, row.group, row.metric) == ("scores", "all", HEADLINE)]
+    layouts: dict[str, dict[str, Row]] = {}
+    for row in docked:
+        if row.condition != WORST:
+            layouts.setdefault(row.condition, {})[row.estimator] = row
+    names = list(dict.fromkeys(row.estimator for row in docked))
+    yield f"| layout | n | {' | '.join(names)} |"
+    yield "|" + "---|" * (len(names) + 2)
+    for layout, cells in sorted(layouts.items(), key=lambda item: _mean(item[1])):
+        first = max(cells.values(), key=lambda row: row.n)
+        yield f"| {layout} | {first.n} | {' | '.join(cell_text(cells.get(name), first) for name in names)} |"
+
+
+def _mean(cells: Mapping[str, Row]) -> float:
+    return sum(row.value for row in cells.values()) / len(cells)
 
 
 def cell_text(row: Row | None, first: Row) -> str:

@@ -7,6 +7,11 @@ Table = Literal[
     "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "faces", "simulated", "driven"
 ]
 
+WORST = "worst layout"
+"""Condition of the rows that state how good everybody is where it is worst."""
+HEADLINE = "dock_0mm"
+"""What decides which layout that is."""
+
 
 @dataclass(frozen=True)
 class Row:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
-from warehouse_sim.benchmark.rows.row import Row, Table
+from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Row, Table
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
@@ -16,7 +16,6 @@ from warehouse_sim.evaluation.intervals import fraction_interval, seed_interval
 from warehouse_sim.evaluation.summary import DOCKING_MARGIN_MM, pass_values
 
 RESAMPLES = 1000
-_HEADLINE = "dock_0mm"
 _AMONG_FOUND = "_of_found"
 LINEMOD_SYMMETRIC = (10, 11)
 """Eggbox and glue, of which LINEMOD's users take the distance to the nearest point (Hinterstoisser et al. 2012)."""
@@ -76,10 +75,6 @@ def _fraction_rows(answer: Answer, suite: Suite, table: Table, metrics: Sequence
                 yield row
 
 
-WORST = "worst layout"
-"""Condition of the rows that state how good everybody is where it is worst."""
-
-
 def worst_rows(rows: Sequence[Row], conditions: Sequence[str]) -> Iterator[Row]:
     """Yield the scores of each estimator under the condition where its headline is lowest, as those of ``WORST``.
 
@@ -91,7 +86,7 @@ def worst_rows(rows: Sequence[Row], conditions: Sequence[str]) -> Iterator[Row]:
     """
     whole = [row for row in rows if row.table == "scores" and row.group == "all"]
     for name in dict.fromkeys(row.estimator for row in whole):
-        docked = {row.condition: row.value for row in whole if row.estimator == name and row.metric == _HEADLINE}
+        docked = {row.condition: row.value for row in whole if row.estimator == name and row.metric == HEADLINE}
         if set(docked) == set(conditions):
             worst = min(docked, key=lambda condition: docked[condition])
             mine = (row for row in whole if row.estimator == name and row.condition == worst)

@@ -1,1 +1,1 @@
-"""Frozen test sets: a public folder without any truth, and one sealed file that holds it."""
+"""Frozen test sets: a public folder without labels, and one sealed file that holds them."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from warehouse_sim.benchmark.kept import file_digest
 from warehouse_sim.benchmark.sealed.public import write_public
 from warehouse_sim.benchmark.sealed.seal import ENDING, SetFacts, write_sealed
 from warehouse_sim.benchmark.sets import made
@@ -53,7 +54,7 @@ def make_set(
     scored = {name: data for name, data in suite.data.items() if not data.trained_on}
     if not scored:
         raise InputError(f"{suite.name}: has no data of its own that could be sealed")
-    seeds = _seeds(work, list(scored))
+    seeds = seeds_of(work, list(scored))
     roots = {}
     for name, data in scored.items():
 
@@ -65,7 +66,8 @@ def make_set(
     shutil.rmtree(public, ignore_errors=True)
     for name, root in roots.items():
         write_public(root, public / name)
-    digest = write_sealed(path, SetFacts(folder.name, suite.name, tuple(roots), seeds), roots)
+    facts = SetFacts(folder.name, suite.name, {name: file_digest(public / name) for name in roots}, seeds)
+    digest = write_sealed(path, facts, roots)
     readme = _README.format(name=folder.name, suite=suite.name, count=len(roots), ending=ENDING, digest=digest)
     write_bytes(public / "README.md", readme.encode("utf-8"))
     write_bytes(public / "sealed.sha256", f"{digest}  {path.name}\n".encode())
@@ -74,7 +76,7 @@ def make_set(
     return path, digest
 
 
-def _seeds(work: Path, names: list[str]) -> dict[str, int]:
+def seeds_of(work: Path, names: list[str]) -> dict[str, int]:
     """Return a seed for each dataset: those of a run that was stopped, and new ones of the system's randomness."""
     path = work / "seeds.json"
     known: dict[str, int] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}

@@ -20,7 +20,7 @@ def write_public(root: Path, out: Path) -> None:
     """Write what a stranger gets of a dataset.
 
     Args:
-        root: The dataset, with its truth.
+        root: The dataset, with its labels.
         out: A new folder; others' readers take it as a BOP dataset.
     """
     reader, private, public = DatasetReader(root), bop_layout(root), BopLayout(out)

@@ -4,14 +4,37 @@ from pathlib import Path
 
 from warehouse_sim.benchmark.entrants.entrant import Group, ResultFile
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult, machine
+from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import score_rows, worst_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened
-from warehouse_sim.benchmark.sealed.seal import opened, read_facts, require_sealed
+from warehouse_sim.benchmark.sealed.seal import opened, read_facts, require_sealed, unsealed
 from warehouse_sim.benchmark.sets import MadeSet
-from warehouse_sim.benchmark.suite import load_suite
+from warehouse_sim.benchmark.suite import Suite, load_suite
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError
 from warehouse_sim.evaluation import evaluate
+
+
+def open_set(suite: Suite, sealed: Path, public: Path | None, out: Path) -> tuple[dict[str, Opened], str]:
+    """Return the datasets of a frozen set, both halves of each put together, and what to note of it.
+
+    Args:
+        suite: The suite that runs on it.
+        sealed: The sealed file.
+        public: The public folder.
+        out: Folder of the benchmark.
+
+    Raises:
+        InputError: A half is missing, was changed, or is of another suite.
+    """
+    facts = read_facts(sealed)
+    if public is None or facts.suite != suite.name or not set(facts.data) <= set(suite.data):
+        raise InputError(
+            f"--sealed {sealed}: holds {facts.name} of the suite {facts.suite}; name its folder with --data"
+        )
+    roots = unsealed(sealed, public, out / "unsealed" / facts.name)
+    opened_ones = {name: Opened(MadeSet(name, root), DatasetReader(root), {}) for name, root in roots.items()}
+    return opened_ones, f"frozen set {facts.name}"
 
 
 def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -> SuiteResult:
@@ -34,7 +57,7 @@ def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -
         raise InputError(f"{predictions}: lacks {', '.join(f'{name}.csv' for name in missing)}: one for each layout")
     suite, method = load_suite(facts.suite), predictions.resolve().name
     group = Group(method, (ResultFile(method, predictions),))
-    rows, data = [], []
+    rows, data = list[Row](), list[DataFacts]()
     with opened(sealed) as folder:
         for name in facts.data:
             reader = DatasetReader(folder / name)
@@ -55,6 +78,6 @@ def evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None = None) -
         reused=0,
         data=tuple(data),
         estimators=(EstimatorFacts(method, 0),),
-        rows=(*(worst_rows(rows, facts.data) if suite.worst_first else ()), *rows),
+        rows=(*(worst_rows(rows, list(facts.data)) if suite.worst_first else ()), *rows),
         notes=(f"frozen set {facts.name}",),
     )

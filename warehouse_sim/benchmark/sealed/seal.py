@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from warehouse_sim.benchmark.kept import file_digest
 from warehouse_sim.benchmark.sealed.public import IMAGES, SPLIT
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.formats.bop import bop_layout
@@ -34,8 +35,8 @@ class SetFacts:
     """Such as ``warehouses-v1``."""
     suite: str
     """Whose metrics and groups count."""
-    data: tuple[str, ...]
-    """Datasets, each a folder of the public half."""
+    data: dict[str, str]
+    """SHA-256 of the folder of each dataset in the public half."""
     seeds: dict[str, int]
     """Of each, from the system's randomness; written nowhere else."""
     format: int = _FORMAT
@@ -51,7 +52,7 @@ def write_sealed(path: Path, facts: SetFacts, roots: Mapping[str, Path]) -> str:
     Args:
         path: The file.
         facts: What it says of itself.
-        roots: Folder of each dataset, with its truth.
+        roots: Folder of each dataset, with its labels.
     """
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(_FACTS, json.dumps(asdict(facts)))
@@ -85,7 +86,8 @@ def require_sealed(path: Path, sums: Path | None = None) -> None:
     sums = sums or data_folder("benchmarks") / "suites" / SUMS
     if not sums.is_file():
         raise InputError(f"{sums}: there is no such list of hashes")
-    listed = dict(reversed(line.split(maxsplit=1)) for line in sums.read_text(encoding="utf-8").splitlines() if line)
+    lines = (line.split() for line in sums.read_text(encoding="utf-8").splitlines())
+    listed = {words[1]: words[0] for words in lines if len(words) == 2}
     if path.name not in listed:
         raise InputError(
             f"{path}: {sums.name} lists no {path.name}; name the list that came with the set with --sums, "
@@ -132,9 +134,12 @@ def unsealed(path: Path, public: Path, out: Path) -> dict[str, Path]:
         out: Where the datasets go; those that are whole there stay.
 
     Raises:
-        InputError: The public folder is of another set.
+        InputError: The public folder is of another set, or was changed.
     """
     facts, roots = read_facts(path), dict[str, Path]()
+    for name, digest in facts.data.items():
+        if not (public / name).is_dir() or file_digest(public / name) != digest:
+            raise InputError(f"{public / name}: is not what {facts.name} was sealed with; take the folder as published")
     with zipfile.ZipFile(path) as archive:
         for name in facts.data:
             roots[name] = root = out / name
@@ -146,10 +151,7 @@ def unsealed(path: Path, public: Path, out: Path) -> dict[str, Path]:
             scenes = bop_layout(root).root / SPLIT
             for kind in IMAGES:
                 for scene in sorted(scenes.iterdir()):
-                    images = public / name / SPLIT / scene.name / kind
-                    if not images.is_dir():
-                        raise InputError(f"{public}: lacks {images.relative_to(public)} of {facts.name}")
-                    shutil.copytree(images, scene / kind, dirs_exist_ok=True)
+                    shutil.copytree(public / name / SPLIT / scene.name / kind, scene / kind, dirs_exist_ok=True)
             archive.extract(last, out)
     return roots
 

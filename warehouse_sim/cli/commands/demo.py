@@ -72,7 +72,7 @@ def demo(
         with clock.stage(f"predict {method}"):
             predict(str(run), data=data, out=predictions, overwrite=True, config=config)
         with clock.stage(f"evaluate {method}"):
-            evaluate(predictions, data, folder, overwrite=True)
+            evaluate(predictions, folder, data, overwrite=True)
         scored.append(folder)
     with clock.stage("report"):
         report((data, run, *scored), out / "report.html", overwrite=True)

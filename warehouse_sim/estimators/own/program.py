@@ -125,7 +125,7 @@ class ProgramEstimator(PoseEstimator):
         }
 
     def _object(self, info: ObjectInfo) -> dict[str, Any]:
-        """Return what a program is told of an object; the mesh, where there is CAD, is in millimetres, as BOP's."""
+        """Return what a program learns about an object; the mesh, where there is CAD, is in millimetres, as BOP's."""
         mesh = Path(self._folder.name) / f"obj_{info.obj_id:06d}.ply" if info.has_cad else None
         if mesh is not None:
             surface = info.mesh()
