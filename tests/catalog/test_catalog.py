@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
 
-from tests.catalog.covering import bare_distances
+from tests.catalog.covering import bare_distances, shipped
 from warehouse_sim.catalog import catalog_names, catalog_object
 from warehouse_sim.catalog.materials import materials, smooth_materials
 from warehouse_sim.catalog.parts import box_part, fused, solid_part
 from warehouse_sim.catalog.shipped import CLUTTER
 from warehouse_sim.catalog.textures import TEXTURES
+from warehouse_sim.catalog.traffic.people import PEOPLE, WORKERS_BY_NAME
+from warehouse_sim.catalog.traffic.working import WORKING
 from warehouse_sim.errors import UnknownNameError
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import rotation_z, transform_points
@@ -47,6 +49,24 @@ def test_collision_boxes_stay_inside_the_object() -> None:
         model = catalog_object(name)
         corners = np.concatenate([np.zeros((1, 3)), *(box.corners() for box in model.collision)])
         assert np.all(np.abs(corners) <= model.size / 2 + 1e-9), name
+
+
+COVERED = {
+    "building": (0.030 + 1e-9, [name for name in shipped("building") if catalog_object(name).collision]),
+    "racks": (0.009, shipped("racks")),
+    "obstacles": (0.003, ("cone_500", "cone_750", "bollard", "floor_sign")),
+    "people": (0.025, PEOPLE),
+    "workers": (0.040, WORKERS_BY_NAME),
+    "trucks at work": (0.040, WORKING),
+}
+"""How far (m) the mesh of an object of each kind stands out of its collision boxes at most."""
+
+
+@pytest.mark.parametrize("kind", COVERED)
+def test_collision_boxes_cover_the_mesh(kind: str) -> None:
+    most, names = COVERED[kind]
+    for name in names:
+        assert bare_distances(catalog_object(name)).max() <= most, name
 
 
 def test_declared_symmetries_leave_the_shape_unchanged() -> None:

@@ -93,7 +93,8 @@ def test_three_loads_on_each_other_are_wrapped() -> None:
 
 
 def test_a_shipped_scene_keeps_the_rule_and_a_grid_of_points_finds_the_same_weights() -> None:
-    sampled = sample_settled_scene(load_recipe("block_storage"), 5, 0)
+    few = {"scene": {"layout": {"lanes": 4, "lane_depth": 3}, "observations_per_scene": 1}}
+    sampled = sample_settled_scene(load_recipe("block_storage", few), 5, 0)
     assert crush_state(sampled.scene, sampled.report.struck).faults == ()
     weights = weights_of(sampled.scene, frozenset(sampled.report.struck))
     loose = [item for item in sampled.scene.instances if item.dynamic and item.group not in sampled.report.struck]

@@ -59,7 +59,7 @@ def moved(scene: SceneSpec) -> SceneSpec:
 
 
 def test_each_scene_does_only_what_is_new_and_looks_as_if_it_were_the_first(counts: dict[str, int]) -> None:
-    wall = rack_wall()
+    wall = rack_wall(bays=1)
     wall = replace(wall, viewpoints=wall.viewpoints[:2])
     half = replace(wall, viewpoints=wall.viewpoints[:1])
     other = rack_wall(bays=1, seed=2)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.catalog.covering import bare_distances, shipped, volume
+from tests.catalog.covering import shipped, volume
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building.conveyor import CONVEYORS
 from warehouse_sim.catalog.building.dock import DOOR_SIZE, OPEN_DOOR_SIZE, SEAL_SIZE, TRAILER_SIZE
@@ -120,11 +120,6 @@ def test_outer_size_and_class() -> None:
 
 def test_every_object_of_the_building_is_measured_here() -> None:
     assert set(BUILDING) - set(SIZES) == {"tyre_mark_straight", "tyre_mark_curve"}
-
-
-def test_collision_boxes_cover_the_mesh_to_30_mm() -> None:
-    for name in [name for name in BUILDING if catalog_object(name).collision]:
-        assert bare_distances(catalog_object(name)).max() <= 0.030 + 1e-9, name
 
 
 def test_numbers_are_those_of_the_building() -> None:

@@ -107,7 +107,6 @@ def test_shapes_that_nobody_builds_are_rejected(field: str, value: float) -> Non
 
 
 PALLET = pallet("epal1")
-PARTS = BoxStack.of([OrientedBox(part.T_object_part, part.scale) for part in PALLET.parts])
 
 
 def millimetres(values: np.ndarray) -> tuple[float, ...]:

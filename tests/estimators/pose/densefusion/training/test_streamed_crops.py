@@ -16,7 +16,8 @@ import safetensors.torch
 import torch
 from scipy import stats
 
-from tests.dataset.toy import PALLET, make_dataset, make_manifest, make_scene, observe
+from tests.dataset.toy import PALLET, make_dataset, make_manifest
+from tests.estimators.toy_stream import observed, toy_stream
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.streamed import ObservedImage, as_stored
@@ -40,12 +41,6 @@ STREAM = StreamConfig(recipe="toy", seed=99, window=4, fresh=1.5)
 CONFIG = TrainConfig(max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", threads=1, stream=STREAM)
 
 
-def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
-    """Give two observations of each toy scene, of which the second shows no target."""
-    for number in count(start):
-        yield as_stored(observe(make_scene(number // 2))[number % 2])
-
-
 def weights(run: Path) -> dict[str, torch.Tensor]:
     return safetensors.torch.load_file(run / "weights.safetensors")
 
@@ -57,7 +52,7 @@ def test_crops_of_an_observation_are_those_of_its_files(toy_root: Path, config: 
     reader, cut = DatasetReader(toy_root), 0
     for split in reader.splits:
         for image in reader.images(split):
-            streamed = ObservedImage(as_stored(observe(make_scene(image.scene_id))[image.image_id]))
+            streamed = ObservedImage(as_stored(observed(image.scene_id)[image.image_id]))
             pairs = zip(
                 image_crops(reader, image, config, 0), image_crops(streamed, streamed.record, config, 0), strict=True
             )
@@ -78,7 +73,7 @@ def test_a_window_that_shows_the_train_split_teaches_the_weights_of_its_files(to
     shown = [(image.scene_id, image.image_id) for image in reader.images("train")]
 
     def same(config: StreamConfig, start: int) -> Iterator[Observation]:
-        return (as_stored(observe(make_scene(scene))[number]) for scene, number in shown[start:])
+        return (as_stored(observed(scene)[number]) for scene, number in shown[start:])
 
     streams = replace(CONFIG, batch=3, stream=replace(STREAM, window=len(shown), fresh=0.0))
     files = weights(train(NAME, toy_root, tmp_path / "files", replace(streams, stream=StreamConfig())))
@@ -149,7 +144,7 @@ def test_scenes_of_the_data_are_rejected(toy_root: Path, tmp_path: Path) -> None
 
 def test_a_stream_that_shows_nothing_is_named(toy_root: Path, tmp_path: Path) -> None:
     def empty(config: StreamConfig, start: int) -> Iterator[Observation]:
-        return (as_stored(observe(make_scene(number))[1]) for number in count(start))
+        return (as_stored(observed(number)[1]) for number in count(start))
 
     with pytest.raises(TrainingError, match=r"none of the stream's observations .* shows an object of the data"):
         train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=empty)
@@ -200,7 +195,7 @@ _log = logging.getLogger(__name__)
 @cache
 def observation(number: int) -> Observation:
     """Return the observation of a scene that shows targets."""
-    return as_stored(observe(make_scene(FIRST + number))[0])
+    return as_stored(observed(FIRST + number)[0])
 
 
 def others(config: StreamConfig, start: int) -> Iterator[Observation]:
