@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.pallet import nudge, pockets, seen_from
+from tests.evaluation.pallet import SIZE, nudge, pockets, seen_from
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.results.predictions import attach_faces, face_path, write_faces
 from warehouse_sim.errors import DatasetError
@@ -128,7 +128,7 @@ def test_a_broken_file_is_rejected_in_one_line(tmp_path: Path, spoil, message: s
     assert "\n" not in str(caught.value)
 
 
-FACES = docking_faces(FACE_SIZE, pockets())
+FACES = docking_faces(SIZE, pockets())
 SHORT_SIDE = next(face for face in FACES if face.name == "-x")
 
 
@@ -163,7 +163,7 @@ def test_yaw_about_the_pallet_centre_is_a_lateral_error_at_the_entry():
 
 
 def test_an_object_without_pockets_has_four_sides_that_look_outwards():
-    sides = {face.name: face for face in docking_faces(FACE_SIZE, ())}
+    sides = {face.name: face for face in docking_faces(SIZE, ())}
     assert sides["+y"].T_object_dock[:3, 3] == pytest.approx([0, 0.4, 0])
     assert sides["+y"].T_object_dock[:3, 0] == pytest.approx([0, -1, 0])
     assert sides["-x"].T_object_dock[:3, 3] == pytest.approx([-0.6, 0, 0])
