@@ -7,6 +7,7 @@ import pytest
 from hypothesis import settings
 
 from tests.shared import Shared
+from warehouse_sim.render import Renderer, open_renderer
 
 settings.register_profile("steady", derandomize=True, database=None, deadline=None, max_examples=50)
 settings.load_profile("steady")  # the same examples every time, on any machine
@@ -52,6 +53,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
     """Return what all processes of this run share, to read only."""
     base = tmp_path_factory.getbasetemp()
     return Shared((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared")
+
+
+@pytest.fixture(scope="session")
+def renderer() -> Iterator[Renderer]:
+    """One open renderer; every test loads the scene that it needs."""
+    with open_renderer() as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ import pytest
 from warehouse_sim.annotate import annotate, targets_in_view
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import invert, level_camera
-from warehouse_sim.render import AmodalMask, open_renderer
+from warehouse_sim.render import AmodalMask, Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene, pallet_model, rack_wall
 from warehouse_sim.schema import ObjectAnnotation, RenderBuffers, SceneSpec
 
@@ -72,17 +72,16 @@ def test_mismatched_arguments_are_rejected() -> None:
         annotate(scene, CAMERA, FACING, sampled(ids.T), sampled(ids).depth, [], [])
 
 
-def labels_of(scene: SceneSpec, camera: PinholeCamera, T_world_camera: np.ndarray) -> tuple[ObjectAnnotation, ...]:
-    with open_renderer() as renderer:
-        renderer.load(scene)
-        buffers = renderer.render(camera, T_world_camera)
-        targets = targets_in_view(scene, camera, T_world_camera)
-        amodal_masks = renderer.amodal_masks(camera, T_world_camera, targets)
-        return annotate(scene, camera, T_world_camera, buffers, buffers.depth, amodal_masks, targets)
+def labels_of(renderer: Renderer, scene: SceneSpec, camera: PinholeCamera) -> tuple[ObjectAnnotation, ...]:
+    renderer.load(scene)
+    buffers = renderer.render(camera, FACING)
+    targets = targets_in_view(scene, camera, FACING)
+    amodal_masks = renderer.amodal_masks(camera, FACING, targets)
+    return annotate(scene, camera, FACING, buffers, buffers.depth, amodal_masks, targets)
 
 
 @pytest.mark.gl
-def test_the_visible_fraction_of_a_half_covered_pallet_is_the_analytic_one() -> None:
+def test_the_visible_fraction_of_a_half_covered_pallet_is_the_analytic_one(renderer: Renderer) -> None:
     """Seen end on from far away, a wall hides all of the pallet left of its middle block's right edge."""
     camera = PinholeCamera.from_focal(1000, 400, 6000.0)
     pallet = at(10.0, 0.0, 0.0)
@@ -90,7 +89,7 @@ def test_the_visible_fraction_of_a_half_covered_pallet_is_the_analytic_one() -> 
     edge = -0.0725  # world y of the block's right edge as the camera sees it
     # The wall stands 1 m before the pallet's face at x = 9.4: similar triangles give its edge.
     scene = make_scene([pallet_model(), wall], [("pallet", pallet), ("wall", at(8.405, edge * 8.4 / 9.4 + 5.0, 0.0))])
-    (label,) = labels_of(scene, camera, FACING)
+    (label,) = labels_of(renderer, scene, camera)
     # Of the 800 mm face: cross board and deck 44 mm over the whole width, three blocks, bottom boards under them only.
     # Through the pockets one sees right through; what lies deeper shows only a sliver, less than the tolerance.
     whole = 0.8 * 0.044 + (0.1 + 0.145 + 0.1) * 0.1
@@ -100,39 +99,38 @@ def test_the_visible_fraction_of_a_half_covered_pallet_is_the_analytic_one() -> 
     assert label.box_visible_xyxy is not None
     assert label.box_visible_xyxy[0] == pytest.approx(camera.cx - edge / 9.4 * 6000.0, abs=1.0)
     alone = make_scene([pallet_model()], [("pallet", pallet)])
-    (free,) = labels_of(alone, camera, FACING)
+    (free,) = labels_of(renderer, alone, camera)
     assert free.visible_fraction == 1.0
     assert free.box_amodal_xyxy == free.box_visible_xyxy
     assert free.pixels_all == label.pixels_all
 
 
 @pytest.mark.gl
-def test_a_pallet_cut_by_the_border_is_truncated_by_the_analytic_fraction() -> None:
+def test_a_pallet_cut_by_the_border_is_truncated_by_the_analytic_fraction(renderer: Renderer) -> None:
     """A slab 1 m wide whose middle projects onto the image's outer right border."""
     camera = PinholeCamera.from_focal(400, 300, 400.0)
     slab = replace(box_model("slab", (0.02, 1.0, 0.4), class_name="pallet"))
     scene = make_scene([slab], [("slab", at(4.01, -4.0 * 200.0 / 400.0, 0.0))])
-    (label,) = labels_of(scene, camera, FACING)
+    (label,) = labels_of(renderer, scene, camera)
     assert label.truncation == pytest.approx(0.5, abs=0.01)
     assert label.visible_fraction == pytest.approx(0.5, abs=0.01)
     assert label.occlusion_level == 0
 
 
 @pytest.mark.gl
-def test_the_preselection_drops_nothing_that_would_be_labelled() -> None:
+def test_the_preselection_drops_nothing_that_would_be_labelled(renderer: Renderer) -> None:
     scene = rack_wall()
     camera = PinholeCamera.from_focal(300, 200, 800.0)
     dropped = 0
-    with open_renderer() as renderer:
-        renderer.load(scene)
-        for viewpoint in scene.viewpoints:
-            T = viewpoint.T_world_camera
-            buffers = renderer.render(camera, T)
-            targets = scene.target_instances()
-            chosen = targets_in_view(scene, camera, T)
-            dropped += len(targets) - len(chosen)
-            all_labels = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, targets))
-            some = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, chosen), chosen)
-            assert [a.instance_id for a in some] == [a.instance_id for a in all_labels]
-            assert [a.pixels_all for a in some] == [a.pixels_all for a in all_labels]
+    renderer.load(scene)
+    for viewpoint in scene.viewpoints:
+        T = viewpoint.T_world_camera
+        buffers = renderer.render(camera, T)
+        targets = scene.target_instances()
+        chosen = targets_in_view(scene, camera, T)
+        dropped += len(targets) - len(chosen)
+        all_labels = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, targets))
+        some = annotate(scene, camera, T, buffers, buffers.depth, renderer.amodal_masks(camera, T, chosen), chosen)
+        assert [a.instance_id for a in some] == [a.instance_id for a in all_labels]
+        assert [a.pixels_all for a in some] == [a.pixels_all for a in all_labels]
     assert dropped >= 8

@@ -1,13 +1,16 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from warehouse_sim.annotate import annotate, targets_in_view
+from warehouse_sim.annotate.film import FilmCaster
 from warehouse_sim.annotate.occluders import KINDS, WRAP, Window, box_in_image, hidden_by, kinds_by_id, window_in_image
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
-from warehouse_sim.schema import SceneSpec
+from warehouse_sim.schema import Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(120, 80, 100.0)
 FACING = level_camera(np.zeros(3), 0.0)
@@ -44,16 +47,15 @@ def test_what_hides_nothing_is_absent() -> None:
 
 
 @pytest.mark.gl
-def test_shares_and_visible_fraction_of_drawn_objects_sum_to_one() -> None:
+def test_shares_and_visible_fraction_of_drawn_objects_sum_to_one(renderer: Renderer) -> None:
     rng = np.random.default_rng(0)
     models = [box_model(f"box{i}", (0.3, 0.3, 0.3), class_name=name) for i, name in enumerate(CLASSES)]
     placed = [(f"box{i % 7}", at(*rng.uniform([1.5, -1.0, -0.7], [4.0, 1.0, 0.7]))) for i in range(60)]
     scene = make_scene(models, placed)
-    with open_renderer() as renderer:
-        renderer.load(scene)
-        buffers = renderer.render(CAMERA, FACING)
-        targets = targets_in_view(scene, CAMERA, FACING)
-        amodal_masks = renderer.amodal_masks(CAMERA, FACING, targets)
+    renderer.load(scene)
+    buffers = renderer.render(CAMERA, FACING)
+    targets = targets_in_view(scene, CAMERA, FACING)
+    amodal_masks = renderer.amodal_masks(CAMERA, FACING, targets)
     labels = annotate(scene, CAMERA, FACING, buffers, buffers.depth, amodal_masks, targets)
     assert len(labels) > 8
     for label in labels:
@@ -90,3 +92,44 @@ def test_the_box_is_inclusive_and_in_image_coordinates() -> None:
     assert box_in_image(mask, window) is None
     mask[1, 2] = mask[3, 4] = True
     assert box_in_image(mask, window) == (5, 3, 7, 5)
+
+
+FILM_CAMERA = PinholeCamera.from_focal(160, 120, 120.0)
+
+
+def with_film(*film_at: np.ndarray) -> SceneSpec:
+    """A target of 1 x 1 m at 3 m, and sheets of film of 1 x 1 m."""
+    sheet = box_model("sheet", (0.01, 1.0, 1.0), class_name="wrap")
+    sheet = replace(sheet, parts=tuple(replace(part, material="film") for part in sheet.parts))
+    target = box_model("target", (0.1, 1.0, 1.0), class_name="pallet")
+    scene = make_scene([target, sheet], [("target", at(3, 0, 0)), *(("sheet", T) for T in film_at)])
+    return replace(scene, materials=scene.materials | {"film": Material("film", (1.0, 1.0, 1.0), opacity=0.2)})
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("film_at", "fraction"),
+    [
+        ((at(2.9, 0.5, 0),), 0.5),
+        ((at(3.5, 0, 0),), 0.0),
+        ((at(2.9, 0.5, 0), at(2.92, 0.5, 0)), 0.5),
+        ((at(2.9, 0.5, 0), at(2.9, -0.5, 0)), 1.0),
+    ],
+)
+def test_share_of_the_target_seen_through_film(
+    renderer: Renderer, film_at: tuple[np.ndarray, ...], fraction: float
+) -> None:
+    scene = with_film(*film_at)
+    renderer.load(scene)
+    buffers = renderer.render(FILM_CAMERA, FACING)
+    amodal_masks = renderer.amodal_masks(FILM_CAMERA, FACING, scene.target_instances())
+    film = FilmCaster(scene).image(FILM_CAMERA, FACING, buffers, scene.target_instances())
+    (label,) = annotate(scene, FILM_CAMERA, FACING, buffers, buffers.depth, amodal_masks, film=film)
+    assert label.visible_fraction == 1.0
+    # Half of the target but for a column of pixels, as film and target are not equally far.
+    assert label.hidden_by.get(WRAP, 0.0) == pytest.approx(fraction, abs=0.03)
+
+
+def test_a_scene_without_film_has_no_film_image() -> None:
+    scene = with_film()
+    assert FilmCaster(scene).image(FILM_CAMERA, FACING, None, scene.target_instances()) is None  # type: ignore[arg-type]

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tests.dataset.toy import PALLET, make_scene, observe
+from tests.dataset.toy import PALLET
 from tests.estimators.pose.densefusion.made_run import made_run
+from tests.estimators.toy_stream import observed
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
@@ -73,7 +74,7 @@ def least_confident(candidates: Candidates, seen: Sequence[Points]) -> np.ndarra
 
 
 def test_stages_of_any_kind_make_an_estimator() -> None:
-    observation = observe(make_scene(0))[0]
+    observation = observed(0)[0]
     image = RgbdImage.from_observation(observation)
     pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
     gts = [pose_of[item.number] for item in image.detections]
@@ -104,7 +105,7 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
 
 
 def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -> None:
-    observation = observe(make_scene(0))[0]
+    observation = observed(0)[0]
     image = RgbdImage.from_observation(observation)
     pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
     gts = [pose_of[item.number] for item in image.detections]
@@ -128,7 +129,7 @@ def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -
 
 def test_a_detection_of_an_unknown_model_is_tried_as_each_object(tmp_path: Path) -> None:
     estimator = load_estimator(made_run(tmp_path / "run"), PredictConfig(refine="none"))
-    image = RgbdImage.from_observation(observe(make_scene(0))[0])
+    image = RgbdImage.from_observation(observed(0)[0])
     nameless = tuple(Detection(item.mask, number=item.number) for item in image.detections)
     found = estimator.estimate(RgbdImage(image.camera, image.depth, nameless))
     expected = estimator.estimate(image)
@@ -146,7 +147,7 @@ def test_a_box_is_all_pixels_within_and_something_is_needed() -> None:
 
 def test_only_what_a_detection_may_be_is_tried(tmp_path: Path) -> None:
     estimator = load_estimator(made_run(tmp_path / "run"), PredictConfig(refine="none"))
-    image = RgbdImage.from_observation(observe(make_scene(0))[0])
+    image = RgbdImage.from_observation(observed(0)[0])
     known = estimator.objects[0]
     listed = tuple(Detection(item.mask, number=item.number, may_be=(known.name,)) for item in image.detections)
     found = estimator.estimate(RgbdImage(image.camera, image.depth, listed))

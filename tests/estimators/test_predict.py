@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict
-from warehouse_sim.estimators.registries import trained_names
+from warehouse_sim.estimators.registries import describe_model, trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 
 
@@ -73,3 +74,13 @@ def test_what_time_of_flight_would_change_nothing_of_is_rejected(name: str, said
     with pytest.raises(InputError, match=said):
         load_estimator(name, PredictConfig(time_of_flight=True, refine="none"))
     assert load_estimator("densefusion-depth", PredictConfig(time_of_flight=True, refine="icp")).objects
+
+
+def test_a_model_is_described_by_its_card_else_by_its_training(tmp_path: Path) -> None:
+    folder = tmp_path / "densefusion"
+    folder.mkdir()
+    assert describe_model(folder) == "bundled"
+    (folder / "result.json").write_text(json.dumps({"val_within_5_percent": 97.25}))
+    assert describe_model(folder) == "val: 97.2 % within 5 % of the diameter"
+    (folder / "card.yaml").write_text("score: 99 % docked\nspeed: 12 ms for 8 objects\nmore: 1\n")
+    assert describe_model(folder) == "99 % docked; 12 ms for 8 objects"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import CAMERA, PALLET, RENDERER, make_manifest, make_scene, observe
+from tests.estimators.toy_stream import observed
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -76,7 +77,7 @@ def test_the_estimator_is_told_what_is_requested_for(made: Path, spy: type[Spy])
     assert len(predict("spy", made, "train", PredictConfig(calibration="nominal"))) == count > 0
     assert len(spy.shown) == len(true) > 0
     for a, b in zip(true, spy.shown, strict=True):
-        observation = observe(make_scene(a.scene_id))[a.image_id]
+        observation = observed(a.scene_id)[a.image_id]
         assert (a.scene_id, a.image_id) == (b.scene_id, b.image_id)
         assert a.camera == CAMERA
         assert b.camera == nominal_of(observation).camera
@@ -115,7 +116,7 @@ def test_the_record_holds_what_was_stated_and_the_rest_is_the_same(made: Path, t
     assert changed == told | {f"scenes/{index:06d}.json" for index in range(make_manifest().scenes)}
     for index in range(make_manifest().scenes):
         record = read_scene_record(made, index)
-        for item, observation in zip(record.observations, observe(make_scene(index)), strict=True):
+        for item, observation in zip(record.observations, observed(index), strict=True):
             gt = nominal_of(observation)
             assert item.nominal is not None
             assert item.nominal.camera == gt.camera

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +9,8 @@ import pytest
 import safetensors.numpy
 import yaml
 
-from tests.dataset.toy import make_scene, observe
+from tests.estimators.toy_stream import toy_stream
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.dataset.streamed import as_stored
 from warehouse_sim.errors import ConfigError, TrainingError
 from warehouse_sim.estimators.detectors.settings import WantedConfig
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
@@ -32,11 +30,6 @@ CONFIG = DetectorConfig(
 BOXES = SegmenterConfig(
     max_minutes=None, max_steps=6, batch=4, width=4, validations=3, threads=1, workers=2, stream=STREAM
 )
-
-
-def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
-    for number in count(start):
-        yield as_stored(observe(make_scene(number // 2))[number % 2])
 
 
 def weights(run: Path) -> dict[str, np.ndarray]:

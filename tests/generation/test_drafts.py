@@ -27,7 +27,7 @@ SAME_HALLS = {
     "wide_angle",
 }
 """Recipes with the halls of the one that they extend or grew from; their kinds of targets, too, another recipe has."""
-# As in tests/sensors/lidar/test_kitti_parity.py, which does the same in streets.
+# As in tests/sensors/lidar/test_published.py, which does the same in streets.
 KITTI_POINTS = 120_000
 
 

@@ -4,10 +4,12 @@ import pytest
 import torch
 from torch import nn
 
-from warehouse_sim.errors import TrainingError
+from warehouse_sim.errors import OutputError, TrainingError
+from warehouse_sim.learning.checkpoint import MovingAverage
 from warehouse_sim.learning.clock import Clock
 from warehouse_sim.learning.loop import Task, fit
 from warehouse_sim.learning.observer import Observer, TrainingState
+from warehouse_sim.learning.records import EventFile
 from warehouse_sim.learning.samples.order import SampleOrder
 from warehouse_sim.learning.settings import LoopConfig
 
@@ -70,3 +72,58 @@ def test_a_checkpoint_that_cannot_be_used_is_named(tmp_path: Path) -> None:
     (folder / "step=3.safetensors").write_bytes(b"\0" * 40)
     with pytest.raises(TrainingError, match=r"step=3\.safetensors cannot be gone on from"):
         trained(tmp_path / "run")
+
+
+def test_average_follows_the_recurrence_and_early_steps_count_more() -> None:
+    network = nn.Linear(1, 1, bias=False)
+    nn.init.constant_(network.weight, 0.0)
+    average, expected = MovingAverage(network, 0.9), 0.0
+    for number in range(1, 200):
+        nn.init.constant_(network.weight, float(number))
+        average.follow(network, number)
+        decay = min(0.9, (1 + number) / (10 + number))
+        expected = decay * expected + (1 - decay) * number
+    assert average.module.weight.item() == pytest.approx(expected, rel=1e-5)
+    assert expected == pytest.approx(199 - 9, abs=0.1)
+
+
+def test_buffers_are_averaged_and_counters_taken_over() -> None:
+    network = nn.Sequential(nn.Linear(2, 3), nn.BatchNorm1d(3))
+    average = MovingAverage(network, 0.5)
+    before = {name: value.clone() for name, value in network.state_dict().items()}
+    for parameter in network.parameters():
+        nn.init.normal_(parameter)
+    network(torch.randn(8, 2))
+    weights = {name: value.clone() for name, value in network.state_dict().items()}
+    average.follow(network, 1)
+    decay = 2 / 11
+    for name, value in average.module.state_dict().items():
+        if value.is_floating_point():
+            torch.testing.assert_close(value, decay * before[name] + (1 - decay) * weights[name], msg=name)
+        else:
+            assert torch.equal(value, weights[name]), name
+    assert all(torch.equal(value, weights[name]) for name, value in network.state_dict().items())
+
+
+def test_without_decay_the_average_is_the_weights() -> None:
+    network = nn.Linear(4, 4)
+    average = MovingAverage(network, 0.0)
+    nn.init.normal_(network.weight)
+    held = network.weight.clone()
+    average.follow(network, 1)
+    nn.init.zeros_(network.weight)
+    assert torch.equal(average.module.weight, held)
+
+
+def test_a_full_disk_is_told_at_once() -> None:
+    """Where tensorboardX's own writer only tells the terminal, from a thread that ends."""
+    with pytest.raises(OutputError, match=r"/dev/full: cannot be written \(No space left on device\)"):
+        EventFile(Path("/dev/full"))
+
+
+def test_a_file_is_readable_after_every_value(tmp_path: Path) -> None:
+    file, sizes = EventFile(tmp_path / "events.out.tfevents.1"), []
+    for step in range(3):
+        file.write({"loss": float(step)}, step)
+        sizes.append((tmp_path / "events.out.tfevents.1").stat().st_size)
+    assert sizes[0] < sizes[1] < sizes[2]

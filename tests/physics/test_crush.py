@@ -5,9 +5,10 @@ from tests.scene.raster import Pile, may_carry
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
-from warehouse_sim.geometry.pose import make_transform
+from warehouse_sim.geometry.convex import area, centroid, shared
+from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.physics import crush_state
-from warehouse_sim.physics.weights import weights_of
+from warehouse_sim.physics.weights import _second_moments, weights_of
 from warehouse_sim.scene.draft import SceneDraft
 from warehouse_sim.schema import SceneSpec
 
@@ -92,7 +93,8 @@ def test_three_loads_on_each_other_are_wrapped() -> None:
 
 
 def test_a_shipped_scene_keeps_the_rule_and_a_grid_of_points_finds_the_same_weights() -> None:
-    sampled = sample_settled_scene(load_recipe("block_storage"), 5, 0)
+    few = {"scene": {"layout": {"lanes": 4, "lane_depth": 3}, "observations_per_scene": 1}}
+    sampled = sample_settled_scene(load_recipe("block_storage", few), 5, 0)
     assert crush_state(sampled.scene, sampled.report.struck).faults == ()
     weights = weights_of(sampled.scene, frozenset(sampled.report.struck))
     loose = [item for item in sampled.scene.instances if item.dynamic and item.group not in sampled.report.struck]
@@ -102,3 +104,73 @@ def test_a_shipped_scene_keeps_the_rule_and_a_grid_of_points_finds_the_same_weig
     assert grounded
     for number in grounded:
         assert weights.carried[number] == pytest.approx(by_points[number], abs=0.5)
+
+
+CARTON = "carton_600x400x300"
+
+
+def scene_of(*pieces: tuple[str, float, float, float]) -> SceneSpec:
+    """Return a scene of loose pieces by catalog name and the middle of their base (m), all in one load."""
+    draft = SceneDraft()
+    for name, x, y, z in pieces:
+        half = catalog_object(name).size[2] / 2
+        draft.add(name, make_transform(translation=np.array([x, y, z + half])), 1)
+    return SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), (), ("pallet",))
+
+
+def test_two_outlines_share_what_a_grid_of_points_finds_in_both() -> None:
+    rng = np.random.default_rng(3)
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    turned = square @ rotation_z(0.5)[:2, :2].T + [0.3, 0.1]
+    points = rng.uniform(-1.0, 1.0, (200_000, 2))
+    inside = np.all(np.abs(points) < 0.5, axis=1)
+    inside &= np.all(np.abs((points - [0.3, 0.1]) @ rotation_z(0.5)[:2, :2]) < 0.5, axis=1)
+    common = shared(square, turned)
+    assert area(common) == pytest.approx(4.0 * inside.mean(), rel=0.02)
+    np.testing.assert_allclose(centroid(common), points[inside].mean(axis=0), atol=0.01)
+    assert len(shared(square, turned + np.array([2.0, 0.0]))) == 0
+
+
+def test_a_beam_on_two_supports_presses_by_the_law_of_the_lever() -> None:
+    low = catalog_object(CARTON).size[2]
+    scene = scene_of((CARTON, -0.50, 0.0, 0.0), (CARTON, 0.55, 0.0, 0.0), (CARTON, 0.0, 0.0, low))
+    carried = weights_of(scene).carried
+    mass = catalog_object(CARTON).mass
+    # The patches reach over 0.10 and 0.05 m: their middles are 0.25 m to the left and 0.275 m to the right.
+    assert carried[1] == pytest.approx(mass * 0.275 / 0.525, rel=0.02)
+    assert carried[1] + carried[2] == pytest.approx(mass)
+    assert carried[3] == 0.0
+
+
+def test_weight_off_the_middle_presses_on_the_near_side() -> None:
+    low = catalog_object(CARTON).size[2]
+    base = [(CARTON, x, 0.0, 0.0) for x in (-0.302, 0.302)]
+    board = ("epal1", 0.0, 0.0, low)
+    top = low + catalog_object("epal1").size[2]
+    carried = weights_of(scene_of(*base, board, ("carton_400x300x300", 0.35, 0.0, top))).carried
+    assert carried[2] > 1.2 * carried[1] > 0.0
+    total = catalog_object("epal1").mass + catalog_object("carton_400x300x300").mass
+    assert carried[1] + carried[2] == pytest.approx(total)
+
+
+def test_a_column_adds_up_and_what_leans_is_left_out() -> None:
+    model = catalog_object(CARTON)
+    pieces = [(CARTON, 0.0, 0.0, level * model.size[2]) for level in range(4)]
+    carried = weights_of(scene_of(*pieces)).carried
+    assert [carried[i] for i in (1, 2, 3, 4)] == pytest.approx([3 * model.mass, 2 * model.mass, model.mass, 0.0])
+    draft = SceneDraft()
+    c = np.cos(0.2)
+    tilted = np.array([[c, 0, np.sin(0.2)], [0, 1, 0], [-np.sin(0.2), 0, c]])
+    draft.add(CARTON, make_transform(tilted, np.array([0.0, 0.0, 1.0])), 1)
+    scene = SceneSpec(0, 0, draft.models, {}, tuple(draft.instances), (), (), ("pallet",))
+    assert weights_of(scene).carried == {}
+
+
+def test_second_moments_of_a_patch_are_those_of_its_shape() -> None:
+    w, h = 0.3, 0.1
+    rectangle = np.array([[1.0, 2.0], [1.0 + w, 2.0], [1.0 + w, 2.0 + h], [1.0, 2.0 + h]])
+    # About the centroid: w^3 h / 12 along x; of a right triangle w^3 h / 36, with w^2 h^2 / 72 between its axes.
+    np.testing.assert_allclose(_second_moments(rectangle), np.diag([w**3 * h, w * h**3]) / 12.0, rtol=1e-9, atol=1e-12)
+    triangle = np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])
+    expected = np.array([[w**3 * h / 36, -(w**2) * h**2 / 72], [-(w**2) * h**2 / 72, w * h**3 / 36]])
+    np.testing.assert_allclose(_second_moments(triangle), expected, rtol=1e-9, atol=1e-12)

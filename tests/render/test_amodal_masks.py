@@ -5,9 +5,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import AmodalMask, Renderer
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
+from warehouse_sim.render.raster.amodal_mask_atlas import Cell, pack
 from warehouse_sim.schema import SceneSpec
-
-pytestmark = pytest.mark.gl
 
 CAMERA = PinholeCamera.from_focal(1224, 370, 721.5377)
 
@@ -21,6 +20,7 @@ def on_canvas(amodal_mask: AmodalMask, camera: PinholeCamera) -> np.ndarray:
     return canvas
 
 
+@pytest.mark.gl
 def test_alone_an_object_shows_exactly_its_amodal_mask_even_beyond_the_image(
     renderer: Renderer, wall: SceneSpec
 ) -> None:
@@ -39,6 +39,7 @@ def test_alone_an_object_shows_exactly_its_amodal_mask_even_beyond_the_image(
     assert truncated >= 2
 
 
+@pytest.mark.gl
 def test_masks_are_tight_and_in_the_order_requested_for(renderer: Renderer, wall: SceneSpec) -> None:
     renderer.load(wall)
     T = wall.viewpoints[0].T_world_camera
@@ -53,6 +54,7 @@ def test_masks_are_tight_and_in_the_order_requested_for(renderer: Renderer, wall
         assert a.mask[:, -1].any()
 
 
+@pytest.mark.gl
 def test_an_object_behind_the_camera_has_no_amodal_mask(renderer: Renderer) -> None:
     scene = make_scene([box_model("box", (1, 1, 1))], [("box", at(-5, 0, 1)), ("box", at(5, 0, 1))])
     renderer.load(scene)
@@ -61,6 +63,7 @@ def test_an_object_behind_the_camera_has_no_amodal_mask(renderer: Renderer) -> N
     assert ahead.mask.sum() == pytest.approx((721.5377 / 4.5) ** 2, rel=0.01)
 
 
+@pytest.mark.gl
 def test_an_object_around_the_camera_fills_no_more_than_the_canvas(renderer: Renderer) -> None:
     """A long box from behind the camera to before it, half a metre to the right: cut at near plane and canvas."""
     scene = make_scene([box_model("box", (8, 0.5, 0.5))], [("box", at(0, -0.75, 1))])
@@ -78,6 +81,7 @@ def test_an_object_around_the_camera_fills_no_more_than_the_canvas(renderer: Ren
     assert np.count_nonzero(column) == pytest.approx(400, abs=2)
 
 
+@pytest.mark.gl
 def test_more_objects_than_one_page_holds_come_back_whole(renderer: Renderer) -> None:
     camera = PinholeCamera.from_focal(200, 150, 150.0)
     placed = [("box", at(1.0 + 0.001 * k, 0, 0)) for k in range(40)]
@@ -88,3 +92,24 @@ def test_more_objects_than_one_page_holds_come_back_whole(renderer: Renderer) ->
         edge = 1.4 * 150.0 / (0.75 + 0.001 * k)
         assert amodal_mask.mask.all()
         assert amodal_mask.mask.shape == (pytest.approx(edge, abs=1.01), pytest.approx(edge, abs=1.01))
+
+
+# Cells of amodal masks on pages.
+
+
+def test_cells_keep_their_size_and_never_overlap_or_leave_the_page() -> None:
+    rng = np.random.default_rng(0)
+    cells = [(k, Cell(-k, k, int(rng.integers(1, 90)), int(rng.integers(1, 60)))) for k in range(200)]
+    pages = pack(cells, (200, 100))
+    assert len(pages) > 1
+    for page in pages:
+        taken = np.zeros((100, 200), int)
+        for number, cell in page:
+            given = cells[number][1]
+            assert (cell.left, cell.top) == (given.left, given.top)
+            assert (cell.width, cell.height) == (given.width, given.height)
+            assert cell.column + cell.width <= 200
+            assert cell.row + cell.height <= 100
+            taken[cell.row : cell.row + cell.height, cell.column : cell.column + cell.width] += 1
+        assert taken.max() == 1
+    assert sorted(number for page in pages for number, _ in page) == list(range(200))

@@ -30,7 +30,7 @@ def test_sixteen_paths_come_near_to_many(denoising: Any, wall: SceneSpec) -> Non
     wall = replace(wall, lights=(), ambient=300.0)
     T = wall.viewpoints[1].T_world_camera
     images = []
-    for options in ({"samples": 16}, {"samples": 512, "seed": 5}):
+    for options in ({"samples": 16}, {"samples": 256, "seed": 5}):
         with open_pathtracer(**options) as plain:
             plain.load(wall)
             images.append(plain.render(CAMERA, T).rgb.astype(float))

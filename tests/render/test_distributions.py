@@ -10,7 +10,7 @@ from tests.render.pathtracing import open_pathtracer
 from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import lay_grid
@@ -44,19 +44,17 @@ def scene_of(light: Light) -> SceneSpec:
     return make_scene([FLOOR, table], placed, [light], materials=paint, ambient=5.0, exposure=0.002)
 
 
-def images(light: Light, backend: str = "raster") -> np.ndarray:
-    with open_renderer(backend) as renderer:
-        renderer.load(scene_of(light))
-        T = level_camera(np.array([0.0, 0.0, 5.5]), 0.0, -np.pi / 2)
-        return renderer.render(CAMERA, T).rgb.astype(int)
+def image(renderer: Renderer, light: Light) -> np.ndarray:
+    renderer.load(scene_of(light))
+    return renderer.render(CAMERA, level_camera(np.array([0.0, 0.0, 5.5]), 0.0, -np.pi / 2)).rgb.astype(int)
 
 
 LAMP = replace(spot((0.0, 0.0, 4.0), 4000.0), radius=0.1, cone_inner=0.4, cone_outer=1.4)
 
 
 @pytest.mark.gl
-def test_the_built_in_formula_as_a_file_gives_the_same_image() -> None:
-    plain, measured = images(LAMP), images(replace(LAMP, distribution=as_formula(LAMP)))
+def test_the_built_in_formula_as_a_file_gives_the_same_image(renderer: Renderer) -> None:
+    plain, measured = (image(renderer, lamp) for lamp in (LAMP, replace(LAMP, distribution=as_formula(LAMP))))
     assert plain.max() > 60
     assert np.abs(plain - measured).max() <= 2
     assert np.abs(plain - measured).mean() < 0.2
@@ -67,19 +65,18 @@ def one_sided(angle: np.ndarray, turned: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.gl
-def test_the_image_brightens_where_the_half_plane_0_points() -> None:
+def test_the_image_brightens_where_the_half_plane_0_points(renderer: Renderer) -> None:
     turn = -1.3
     along = (float(np.cos(turn)), float(np.sin(turn)), 0.0)
     light = replace(LAMP, distribution=distribution(one_sided), along=along)
     scene = scene_of(light)
     scene = replace(scene, instances=scene.instances[:1], ambient=0.0)
     points = 2.0 * np.stack([np.cos(turn + np.arange(4) * np.pi / 2), np.sin(turn + np.arange(4) * np.pi / 2)], axis=1)
-    with open_renderer("raster") as renderer:
-        renderer.load(scene)
-        values = []
-        for x, y in points:
-            T = level_camera(np.array([x, y, 5.0]), 0.0, -np.pi / 2)
-            values.append(float(renderer.render(PinholeCamera.from_focal(8, 8, 400.0), T).rgb.mean()))
+    renderer.load(scene)
+    values = []
+    for x, y in points:
+        T = level_camera(np.array([x, y, 5.0]), 0.0, -np.pi / 2)
+        values.append(float(renderer.render(PinholeCamera.from_focal(8, 8, 400.0), T).rgb.mean()))
     ahead, left, behind, right = values
     assert ahead > max(left, right) + 20
     assert min(left, right) > behind + 15

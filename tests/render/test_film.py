@@ -9,7 +9,7 @@ import pytest
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
-from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render import Renderer
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.textures import veil
 from warehouse_sim.schema import Material, ObjectModel, RenderBuffers, SceneSpec
@@ -120,9 +120,8 @@ def test_goods_keep_their_colour_behind_film(renderer: Renderer) -> None:
     assert np.median(saturation[1]) > 0.6 * np.median(saturation[0])
 
 
-def test_strands_of_film_are_level_and_far_brighter_than_what_lies_between() -> None:
-    with open_renderer("raster") as renderer:
-        green = red_carton(renderer, True).rgb[70:170, 110:210, 1].astype(float)
+def test_strands_of_film_are_level_and_far_brighter_than_what_lies_between(renderer: Renderer) -> None:
+    green = red_carton(renderer, True).rgb[70:170, 110:210, 1].astype(float)
     assert np.percentile(green, 98) > np.median(green) + 40.0
     # Brightness changes from row to row, far less along them.
     assert np.abs(np.diff(green, axis=0)).mean() > 2.0 * np.abs(np.diff(green, axis=1)).mean()

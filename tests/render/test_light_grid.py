@@ -2,13 +2,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jaxtyping import Float32
 from scipy.spatial import ConvexHull
 
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
+from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render.coarse_scene import returned_fraction
-from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene
+from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
+from warehouse_sim.render.hall_probe import COLUMNS, ROUGHNESS, ROWS
+from warehouse_sim.render.irradiance import LightGatherer
 from warehouse_sim.render.light_grid import CoarseScene, lay_grid, sphere_directions
-from warehouse_sim.schema import Material, SceneSpec
+from warehouse_sim.render.light_selection import facing_illuminance, point_ahead, reference_points, strongest_lights
+from warehouse_sim.schema import Material, SceneSpec, Viewpoint
 
 
 def test_points_lie_around_what_is_seen_and_rays_end_on_the_nearest_outer_face(wall: SceneSpec) -> None:
@@ -95,3 +100,70 @@ def test_the_share_that_surfaces_return_is_near_their_colour(metallic: float, ro
     assert 0.6 * (0.7 if metallic else 0.95) < red < 0.7
     assert red > green > blue
     assert blue == pytest.approx(0.03, abs=0.03)
+
+
+# What a hall looks like in all directions: more than six directions know, and no more light in all.
+
+
+def probe_of_room() -> Float32[np.ndarray, "levels rows columns"]:
+    """A room of black walls but for the one at +x, seen from its middle."""
+    sides = {"bright": (0.2, 8, 6), "dark": (0.2, 8, 6), "end": (12, 0.2, 6), "flat": (12, 8, 0.2)}
+    models = [
+        box_model(name, size, "bright" if name == "bright" else "black", "wall", number)
+        for number, (name, size) in enumerate(sides.items(), 90)
+    ]
+    placed = [("bright", at(6, 0, 3)), ("dark", at(-6, 0, 3))]
+    placed += [("end", at(0, y, 3)) for y in (-4, 4)] + [("flat", at(0, 0, z)) for z in (0, 6)]
+    paint = {"bright": Material("bright", (0.8,) * 3), "black": Material("black", (0.02,) * 3)}
+    lamp = replace(spot((0.0, 0.0, 5.5), 2000.0), kind="point", casts_shadow=False)
+    scene = make_scene(models, placed, [lamp], materials={**MATERIALS, **paint}, ambient=0.0)
+    return LightGatherer(lay_grid(scene)).field(scene.lights, scene.ambient).probe
+
+
+def test_a_smooth_surface_mirrors_one_bright_wall_and_a_matt_one_hardly_knows_it() -> None:
+    found = probe_of_room()
+    assert found.shape == (len(ROUGHNESS), ROWS, COLUMNS)
+    level = found[:, ROWS // 2]
+    ahead, beside = level[:, [0, -1]].mean(axis=1), level[:, COLUMNS // 4]
+    assert ahead[0] > 1.2
+    assert beside[0] < 0.7
+    assert np.all(np.diff(ahead - beside) < 0.0)
+    assert abs(ahead[-1] - 1.0) < 0.1
+
+
+def test_where_there_is_nothing_all_directions_are_alike() -> None:
+    scene = make_scene(
+        [box_model("floor", (1, 1, 0.1), "concrete", "floor", 90)], [("floor", at(0, 0, -0.05))], [], ambient=0.0
+    )
+    found = LightGatherer(lay_grid(scene)).field((), 0.0).probe
+    assert found == pytest.approx(1.0)
+
+
+def test_the_lights_kept_are_those_that_light_the_place_the_most_in_their_order() -> None:
+    lights = [spot((x, 0, 5), 1000.0) for x in (-20, 4, 60)] + [spot((30, 0, 5), 1e6)]
+    place = point_ahead(level_camera(np.array([0.0, 0, 1.5]), 0.0))
+    assert strongest_lights(lights, None, place) == lights
+    assert strongest_lights(lights, 2, place) == [lights[1], lights[3]]
+    assert strongest_lights(lights[:3], 1, point_ahead(level_camera(np.array([0.0, 0, 1.5]), np.pi))) == [lights[1]]
+    assert strongest_lights(lights[:3], 1, place - [30.0, 0, 0]) == [lights[0]]
+
+
+def test_a_scene_is_looked_at_for_its_aisle_or_its_targets_or_what_its_lights_light() -> None:
+    models = [box_model("floor", (9, 9, 0.1)), box_model("pallet", (1, 1, 1), class_name="pallet")]
+    scene = make_scene(models, [("floor", at(0, 0, 0)), ("pallet", at(3, 1, 0))], [spot((0, 0, 6))])
+    np.testing.assert_allclose(reference_points(scene), [[3, 1, 0]])
+    np.testing.assert_allclose(reference_points(replace(scene, instances=scene.instances[:1])), [[0, 0, 2]])
+    places = reference_points(replace(scene, aisle=(-4.0, 4.0, -3.0, 0.0)))
+    np.testing.assert_allclose(places[:, :2].mean(axis=0), [0.0, -1.5], atol=1e-9)
+    assert len(np.unique(places[:, 0])) == 4
+    assert (places[:, 2] > 0.0).all()
+    assert np.array_equal(reference_points(replace(scene, viewpoints=(Viewpoint(np.eye(4)),))), reference_points(scene))
+
+
+def test_a_spot_gives_its_intensity_over_the_square_of_the_distance_within_its_cone() -> None:
+    light = replace(spot((0, 0, 5), 900.0), cone_inner=0.3, cone_outer=0.6)
+    points = np.array([[0, 0, 2.0], [0, 0, 8.0], [4, 0, 2.0]])
+    np.testing.assert_allclose(facing_illuminance(light, points), [100.0, 0.0, 0.0])
+    middle = np.arccos((np.cos(0.3) + np.cos(0.6)) / 2)
+    rim = np.array([[3 * np.tan(middle), 0, 2.0]])
+    assert facing_illuminance(light, rim)[0] == pytest.approx(900 / (3 / np.cos(middle)) ** 2 / 4)

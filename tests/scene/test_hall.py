@@ -45,7 +45,6 @@ def hall_scene(index: int = 0, layout: dict[str, Any] | None = None, lights: Any
 
 
 EVERYTHING = {"length": 40.0, "width": 30.0, "height": 9.0, "columns": "steel", "services": ALL_SERVICES}
-SHELL = ("floor", "wall", "ceiling")
 
 
 def _counts(scene: SceneSpec) -> Counter[str]:

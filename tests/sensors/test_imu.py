@@ -70,7 +70,7 @@ def test_the_bias_stays_within_the_data_sheet_and_is_kept_through_a_scene() -> N
 
 
 def test_the_noise_is_density_times_the_root_of_the_bandwidth() -> None:
-    found = readings(STILL, 1, 20_000)
+    found = readings(STILL, 1, 5_000)
     for name, sigma in (
         ("accel", 150e-6 * G * np.sqrt(62.5)),
         ("gyro", np.deg2rad(0.014) * np.sqrt(47.0)),  # 0.1 deg/s rms, as the data sheet says of 47 Hz

@@ -5,6 +5,8 @@ factor on what the grid says. Lamps are left out: shading mirrors each by itself
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float, Float32
@@ -38,7 +40,7 @@ def hall_probe(
         lights: Of the scene.
         ambient: Illuminance (lx) of an even sky on an upward surface.
     """
-    directions, area = _directions()
+    directions, lobes = _lobes()
     hits = grid.solid.cast(np.repeat(_middle(grid.levels[0])[None], len(directions), axis=0), directions)
     met = np.flatnonzero(np.isfinite(hits.distance))
     normals = hits.normals[met]
@@ -46,11 +48,36 @@ def hall_probe(
     arriving = direct_irradiance(grid.solid, lights, places, normals, {}) + _indirect(grid, irradiance, places, normals)
     luminance = np.where(directions[:, 2] >= 0.0, 1.0, GROUND) * np.float32(ambient / np.pi)
     luminance[met] = (hits.albedo[met] * arriving) @ LUMINANCE.astype(np.float32) / np.float32(np.pi)
-    cosine = np.maximum(directions @ directions.T, 0.0)
-    even = np.maximum(_mean(cosine, luminance, area), np.float32(1e-6))
-    blurred = np.array([_mean(_lobe(cosine, roughness), luminance, area) for roughness in ROUGHNESS])
-    factor = np.clip(np.maximum(blurred, 1e-6) / even, *_BOUNDS)
+    even, *blurred = (lobe.mean(luminance) for lobe in lobes)
+    even = np.maximum(even, np.float32(1e-6))
+    factor = np.clip(np.maximum(np.array(blurred), 1e-6) / even, *_BOUNDS)
     return factor.reshape(len(ROUGHNESS), ROWS, COLUMNS).astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lobe:
+    """How much each direction counts about each of them."""
+
+    weights: Float32[np.ndarray, "n n"]
+    area: Float32[np.ndarray, " n"]
+    """Solid angle that a direction stands for, up to a factor."""
+    total: Float32[np.ndarray, " n"]
+
+    @classmethod
+    def of(cls, weights: Float32[np.ndarray, "n n"], area: Float32[np.ndarray, " n"]) -> "_Lobe":
+        return cls(weights, area, weights @ area)
+
+    def mean(self, luminance: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
+        """Return the mean of what comes from each direction, about each direction."""
+        return (self.weights @ (self.area * luminance)) / self.total
+
+
+@cache
+def _lobes() -> tuple[Float32[np.ndarray, "n 3"], list[_Lobe]]:
+    """Return the directions, and the lobes of the cosine and of ``ROUGHNESS``; no scene changes them."""
+    directions, area = _directions()
+    cosine = np.maximum(directions @ directions.T, 0.0)
+    return directions, [_Lobe.of(cosine, area), *(_Lobe.of(_ggx(cosine, roughness), area) for roughness in ROUGHNESS)]
 
 
 def _directions() -> tuple[Float32[np.ndarray, "n 3"], Float32[np.ndarray, " n"]]:
@@ -84,7 +111,7 @@ def _indirect(
     return sum(np.square(normals[:, axis, None]) * cubes[np.arange(len(cubes)), sides[:, axis]] for axis in range(3))
 
 
-def _lobe(cosine: Float32[np.ndarray, "n n"], roughness: float) -> Float32[np.ndarray, "n n"]:
+def _ggx(cosine: Float32[np.ndarray, "n n"], roughness: float) -> Float32[np.ndarray, "n n"]:
     """Return the weights of directions about a mirrored one: GGX of the half vector, times the cosine.
 
     Seen along the normal, after Karis 2013, "Real shading in Unreal Engine 4".
@@ -92,9 +119,3 @@ def _lobe(cosine: Float32[np.ndarray, "n n"], roughness: float) -> Float32[np.nd
     squared = roughness**4
     half = (1.0 + cosine) / 2.0
     return cosine / np.square(half * (squared - 1.0) + 1.0)
-
-
-def _mean(
-    weights: Float32[np.ndarray, "n n"], luminance: Float32[np.ndarray, " n"], area: Float32[np.ndarray, " n"]
-) -> Float32[np.ndarray, " n"]:
-    return (weights @ (area * luminance)) / (weights @ area)

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.catalog.covering import shipped
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.building import to_size
-from warehouse_sim.catalog.building.floor_marks import STAINS, VARIANTS, floor_stain, tyre_tracks
+from warehouse_sim.catalog.building.floor_litter import THICK, floor_litter
+from warehouse_sim.catalog.building.floor_marks import STAINS, TYRE_TRACK, VARIANTS, floor_stain, tyre_tracks
 from warehouse_sim.catalog.building.outdoors import OUTDOORS, RISE, SKY_RADIUS, YARD_DROP, outdoors
 from warehouse_sim.catalog.building.to_size import (
     column_to_size,
@@ -82,3 +85,76 @@ def test_the_sky_is_closed_and_looks_inward() -> None:
         assert 0.0 < first <= SKY_RADIUS + 5.0
     low = model.mesh().vertices[:, 2].min() + RISE
     assert low < -YARD_DROP
+
+
+FLAT = [name for name in shipped("building") if catalog_object(name).class_name == "marking"]
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_what_is_painted_is_flat_and_stops_nothing(name: str) -> None:
+    model = catalog_object(name)
+    assert model.size[2] <= 0.001
+    assert model.collision == ()
+    assert model.mass == 0.0
+
+
+def test_both_colours_of_a_line_are_one_geometry() -> None:
+    yellow, white = catalog_object("lane_line_yellow_3000"), catalog_object("lane_line_white_3000")
+    assert yellow.obj_id == white.obj_id
+    assert (yellow.parts[0].material, white.parts[0].material) == ("marking_yellow", "marking_white")
+
+
+def test_straight_tyre_marks_are_two_tracks_apart_that_thin_out() -> None:
+    vertices = catalog_object("tyre_mark_straight").mesh().vertices
+    for side in (-1.0, 1.0):
+        track = vertices[np.sign(vertices[:, 1]) == side]
+        assert track[:, 1].mean() == pytest.approx(side * TYRE_TRACK / 2)
+        ends = track[track[:, 0] > track[:, 0].max() - 1e-9]
+        middle = track[np.abs(track[:, 0]) < 0.15]
+        assert np.ptp(ends[:, 1]) < 0.25 * np.ptp(middle[:, 1])
+
+
+def test_a_curved_tyre_mark_runs_on_two_circles() -> None:
+    model = catalog_object("tyre_mark_curve")
+    vertices = model.mesh().vertices
+    # The ring's centre is the corner of the bounding box that the tracks bend around.
+    outer = vertices[np.argmax(vertices[:, 0])]
+    centre = np.array([outer[0] - 2.4, outer[1]])
+    radius = np.linalg.norm(vertices[:, :2] - centre, axis=1)
+    assert set(np.round((radius - 2.4) / TYRE_TRACK)) == {0.0, -1.0}
+
+
+# Dust and litter lie flat within the box of the tracks, which stand where they stood.
+
+
+LITTER = {"floor_dust", "floor_board", "floor_film", "floor_splinter", "floor_strap"}
+LOW, HIGH = np.array([-8.0, -1.3]), np.array([8.0, 1.4])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_all_is_flat_and_within_bounds(seed: int) -> None:
+    found = floor_litter(16.0, 3.0, LOW, HIGH, np.random.default_rng(seed))
+    assert {"floor_dust", "floor_splinter"} <= found.keys() <= LITTER
+    for mesh in found.values():
+        assert (mesh.vertices[:, :2] > LOW).all()
+        assert (mesh.vertices[:, :2] < HIGH).all()
+        assert np.abs(mesh.vertices[:, 2]).max() == pytest.approx(THICK / 2)
+        assert mesh.face_areas().min() > 0.0
+
+
+def test_most_of_it_lies_at_the_sides() -> None:
+    places = []
+    for seed in range(30):
+        found = floor_litter(30.0, 3.0, 2 * LOW, 2 * HIGH, np.random.default_rng(seed))
+        places += [mesh.vertices[:, 1] for name, mesh in found.items() if name != "floor_strap"]
+    assert np.mean(np.abs(np.concatenate(places)) > 0.25 * 3.0) > 0.6
+
+
+@pytest.mark.parametrize("variant", range(VARIANTS))
+def test_litter_leaves_the_tracks_in_place_and_hides_nothing_from_sensors(variant: int) -> None:
+    model = tyre_tracks(16.0, 3.0, 7, variant)
+    tracks = np.concatenate([part.placed().vertices for part in model.parts if part.material.startswith("tyre_")])
+    np.testing.assert_allclose(tracks.max(axis=0), model.size / 2, atol=1e-9)
+    np.testing.assert_allclose(tracks.min(axis=0), -model.size / 2, atol=1e-9)
+    assert all(materials()[part.material].opacity < 1.0 for part in model.parts)
+    assert LITTER & {part.material for part in model.parts}

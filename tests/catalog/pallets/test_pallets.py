@@ -5,10 +5,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.catalog.pallets.touching import hits, prism_of, same_points
+from tests.catalog.pallets.touching import hits, is_closed, prism_of, reaches_into, same_points
 from warehouse_sim.catalog.pallets import PALLETS, pallet
+from warehouse_sim.catalog.pallets.pockets import Window, pockets_behind, window_between
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.pose import make_transform, transform_points
+from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
+from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.schema import Pocket
 
@@ -150,3 +152,48 @@ def test_a_load_finds_a_closed_deck() -> None:
         assert millimetres(plate.size[:2]) == millimetres(model.size[:2])
         assert plate.T_parent_box[2, 3] + plate.size[2] / 2 == pytest.approx(model.size[2] / 2)
         assert plate.size[2] >= 0.015
+
+
+SIZE = np.array([1.2, 0.8, 0.144])
+
+
+def test_the_window_is_what_three_uprights_leave() -> None:
+    window = window_between(0.1, 0.145, 0.8, 0.022, 0.122)
+    assert window.width == pytest.approx(0.2275)
+    assert window.offset == pytest.approx(0.18625)
+    assert window.offset - window.width / 2 == pytest.approx(0.145 / 2)
+    assert window.offset + window.width / 2 == pytest.approx(0.4 - 0.1)
+
+
+@pytest.mark.parametrize(("face", "opening"), [("-x", -0.6), ("+x", 0.6), ("-y", -0.4), ("+y", 0.4)])
+def test_both_prisms_begin_on_the_face_and_end_on_the_opposite_one(face: str, opening: float) -> None:
+    pair = pockets_behind({face: Window(0.2, 0.15, 0.02, 0.12)}, SIZE)
+    assert [pocket.face for pocket in pair] == [face, face]
+    along = "xy".index(face[1])
+    for pocket in pair:
+        place = pocket.T_object_pocket[:3, 3]
+        assert place[along] == pytest.approx(opening)
+        assert abs(place[1 - along]) == pytest.approx(0.15)
+        assert place[2] == pytest.approx(0.07 - 0.072)
+        np.testing.assert_allclose(pocket.size, [SIZE[along], 0.2, 0.1])
+        end = pocket.T_object_pocket @ [pocket.size[0], 0.0, 0.0, 1.0]
+        assert end[along] == pytest.approx(-opening)
+    assert pair[0].T_object_pocket[1 - along, 3] == pytest.approx(-pair[1].T_object_pocket[1 - along, 3])
+
+
+@pytest.mark.parametrize(("x", "expected"), [(0.0, True), (0.99, True), (1.0, False), (1.5, False)])
+def test_two_unit_boxes_reach_into_each_other_up_to_contact(x: float, expected: bool) -> None:
+    # The box is a little larger than the mesh, so that a triangle crosses it even where both share a centre.
+    assert reaches_into(unit_box(), make_transform(translation=np.array([x, 0.1, 0.1])), np.ones(3)) is expected
+
+
+def test_an_edge_between_the_axes_is_seen() -> None:
+    corner = 0.5 + np.sqrt(0.5)
+    for gap, expected in ((-0.01, True), (0.01, False)):
+        T = make_transform(rotation_z(np.pi / 4), np.array([corner + gap, 0.0, 0.0]))
+        assert reaches_into(unit_box(), T, np.ones(3)) is expected
+
+
+def test_a_box_without_a_face_is_not_closed() -> None:
+    assert is_closed(unit_box())
+    assert not is_closed(TriangleMesh(unit_box().vertices, unit_box().faces[:-1]))

@@ -16,7 +16,7 @@ from warehouse_sim.evaluation.detection.kitti_ap import (
     kitti_scores,
     write_kitti_scores,
 )
-from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, shared_areas
+from warehouse_sim.evaluation.detection.kitti_overlap import KittiObjects, overlaps, shared_areas
 
 
 def pallet(number: int = 0, **changes) -> KittiLabel:
@@ -169,3 +169,19 @@ def test_all_splits_are_scored_together(tmp_path):
         (data / "ImageSets" / f"{name}.txt").unlink()
     with pytest.raises(DatasetError, match=r"all\.txt"):
         evaluate_kitti_results(results, data, "all")
+
+
+LENGTH, WIDTH, HEIGHT = 4.0, 1.0, 1.5
+
+
+def box(x: float, z: float, rotation_y: float) -> KittiLabel:
+    return KittiLabel("Car", 0.0, 0, 0.0, (0.0, 0.0, 9.0, 9.0), (HEIGHT, WIDTH, LENGTH), (x, 1.6, z), rotation_y)
+
+
+@pytest.mark.parametrize("rotation_y", [0.0, 0.6, -1.1, 2.5])
+@pytest.mark.parametrize("view", ["ground", "space"])
+def test_a_box_moved_by_half_its_length_ahead_keeps_a_third(view: str, rotation_y: float) -> None:
+    # About y, which points down, ahead is (cos, 0, -sin): KITTI's object development kit, readme.txt.
+    ahead = LENGTH / 2 * math.cos(rotation_y), -LENGTH / 2 * math.sin(rotation_y)
+    one, other = (KittiObjects.of([box(x, 9.0 + z, rotation_y)]) for x, z in ((0.0, 0.0), ahead))
+    assert overlaps(view, one, other)[0, 0] == pytest.approx(1 / 3)

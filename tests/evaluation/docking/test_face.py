@@ -6,15 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.evaluation.pallet import SIZE, nudge, pockets, seen_from
 from warehouse_sim.dataset.results import pose_csv
 from warehouse_sim.dataset.results.predictions import attach_faces, face_path, write_faces
 from warehouse_sim.errors import DatasetError
-from warehouse_sim.evaluation.docking.fork import docking_faces
+from warehouse_sim.evaluation.docking.fork import approached_face, docking_errors, docking_faces
 from warehouse_sim.evaluation.docking.standing import face_columns
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import PalletFace, Pocket, PoseEstimate
 
-SIZE = np.array([0.9, 1.1, 0.15])
+FACE_SIZE = np.array([0.9, 1.1, 0.15])
 POCKETS = tuple(
     Pocket(face, make_transform(rotation_z(yaw), np.array([sign * 0.45, y, -0.02])), np.array([0.9, 0.30, 0.10]))
     for face, sign, yaw in (("-x", -1.0, 0.0), ("+x", 1.0, np.pi))
@@ -38,7 +39,7 @@ def made_face(shift: tuple[float, float, float] = (0.0, 0.0, 0.0), aside: float 
 
 
 def columns(of: PalletFace) -> dict:
-    return face_columns(of, T_CAMERA_OBJECT, docking_faces(SIZE, POCKETS))
+    return face_columns(of, T_CAMERA_OBJECT, docking_faces(FACE_SIZE, POCKETS))
 
 
 def test_the_clearance_is_what_pocket_and_tine_leave() -> None:
@@ -125,3 +126,48 @@ def test_a_broken_file_is_rejected_in_one_line(tmp_path: Path, spoil, message: s
     with pytest.raises(DatasetError, match=message) as caught:
         attach_faces(poses, pose_csv.read(poses))
     assert "\n" not in str(caught.value)
+
+
+FACES = docking_faces(SIZE, pockets())
+SHORT_SIDE = next(face for face in FACES if face.name == "-x")
+
+
+def at_entry(face, **motion):
+    """An estimate that is off by a motion in the docking frame of ``face``."""
+    T_dock = face.T_object_dock
+    return (T_dock @ nudge(**motion) @ np.linalg.inv(T_dock))[None]
+
+
+@pytest.mark.parametrize(
+    ("yaw", "name"), [(0.0, "-x"), (np.pi, "+x"), (np.pi / 2, "+y"), (-np.pi / 2, "-y"), (0.6, "-x")]
+)
+def test_the_approached_face_is_the_one_towards_the_camera(yaw, name):
+    index = approached_face(seen_from(4.0, yaw)[None], FACES)[0]
+    assert FACES[index].name == name
+
+
+def test_docking_errors_are_signed_as_a_driver_sees_them():
+    motion = {"x": 0.01, "y": 0.02, "z": -0.03, "yaw": 0.04}
+    for face in FACES:
+        errors = docking_errors(at_entry(face, **motion), face)
+        assert (errors.depth[0], errors.lateral[0], errors.vertical[0], errors.yaw[0]) == pytest.approx(
+            (0.01, 0.02, -0.03, 0.04)
+        )
+    assert docking_errors(at_entry(SHORT_SIDE, pitch=-0.05), SHORT_SIDE).pitch[0] == pytest.approx(0.05)
+    assert docking_errors(at_entry(SHORT_SIDE, roll=0.05), SHORT_SIDE).roll[0] == pytest.approx(0.05)
+
+
+def test_yaw_about_the_pallet_centre_is_a_lateral_error_at_the_entry():
+    errors = docking_errors(nudge(yaw=np.deg2rad(3.0))[None], SHORT_SIDE)
+    assert errors.lateral[0] == pytest.approx(-0.6 * np.sin(np.deg2rad(3.0)))
+
+
+def test_an_object_without_pockets_has_four_sides_that_look_outwards():
+    sides = {face.name: face for face in docking_faces(SIZE, ())}
+    assert sides["+y"].T_object_dock[:3, 3] == pytest.approx([0, 0.4, 0])
+    assert sides["+y"].T_object_dock[:3, 0] == pytest.approx([0, -1, 0])
+    assert sides["-x"].T_object_dock[:3, 3] == pytest.approx([-0.6, 0, 0])
+    assert {name: face.depth for name, face in sides.items()} == pytest.approx(
+        {"-x": 1.2, "+x": 1.2, "-y": 0.8, "+y": 0.8}
+    )
+    assert all(face.pockets == () for face in sides.values())

@@ -119,12 +119,6 @@ def test_what_is_carried(below: list[tuple[float, ...]], fraction: float) -> Non
     assert carried(low, high, rows[:, :2], rows[:, 2:])[0] == pytest.approx(fraction)
 
 
-ROUGH = StackingConfig(
-    gap_mm=6.0,
-    shift_mm=Distribution.uniform(-20.0, 20.0),
-    yaw_deg=Distribution.uniform(-10.0, 10.0),
-    half_turn_fraction=0.5,
-)
 HEIGHT = 1.3
 
 

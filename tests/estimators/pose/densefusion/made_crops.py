@@ -1,6 +1,7 @@
 """Crops whose every number is known: what a camera sees of one pallet alone, sampled from its CAD surface."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -19,6 +20,7 @@ DIAMETER = diameter(MESH.vertices)
 UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
+@cache
 def pallet_shape() -> ObjectShape:
     """The pallet as a run folder keeps it, its moments from many samples."""
     points, _ = sample_surface(MESH, 100_000, np.random.default_rng(1))

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import torch
 
-from tests.dataset.toy import make_scene, observe
 from tests.estimators.pose.densefusion.made_run import made_run
+from tests.estimators.toy_stream import observed
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
@@ -25,7 +25,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def seen(scene_index: int = 0) -> Observation:
-    return observe(make_scene(scene_index))[0]
+    return observed(scene_index)[0]
 
 
 def assert_same_poses(estimates: list[PoseEstimate], others: list[PoseEstimate]) -> None:

@@ -1,5 +1,8 @@
 """Poses without a network, on a pallet-like box whose readings are made here by ray and box in closed form."""
 
+import dataclasses
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +11,14 @@ from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.pose.fitting import search, verification
 from warehouse_sim.estimators.pose.fitting.fit import PoseFit, rectangle_fit
-from warehouse_sim.estimators.pose.fitting.hypotheses import distinct, quantiles, upright_boxes
+from warehouse_sim.estimators.pose.fitting.hypotheses import (
+    distinct,
+    hypotheses,
+    masked_points,
+    quantiles,
+    upright_boxes,
+)
+from warehouse_sim.estimators.pose.fitting.sweep import DIRECTIONS, KEPT, anchored, outer_sides, swept
 from warehouse_sim.estimators.pose.fitting.verification import DepthView, VerificationConfig, judge
 from warehouse_sim.estimators.pose.icp.surface import build_surface
 from warehouse_sim.geometry.boxes import box_corners
@@ -149,3 +159,106 @@ def test_quantiles_of_rows_are_those_of_numpy(count: int, fraction: float) -> No
     np.testing.assert_allclose(
         quantiles(values, fraction), np.quantile(values, (fraction, 1.0 - fraction), axis=-1), atol=1e-12
     )
+
+
+# Crates that touch and share one mask are each found once, whoever comes first, and one crate seen twice stays one.
+
+
+YAW = 0.6
+
+
+def merged(apart: np.ndarray) -> tuple[RgbdImage, list[np.ndarray]]:
+    """Return an image of two crates, ``apart`` in their own frame, both detections with the mask of both."""
+    first = make_transform(rotation_z(YAW), np.array([3.4, 0.2, SIZE[2] / 2.0]))
+    images, gts = zip(*(seen(first @ make_transform(None, move), -0.2) for move in (np.zeros(3), apart)), strict=True)
+    depth = np.minimum(images[0].depth, images[1].depth)
+    mask = images[0].detections[0].mask | images[1].detections[0].mask
+    detections = Detection(mask, "crate", number=4), Detection(mask.copy(), "crate", number=2)
+    return replace(images[0], depth=depth, detections=detections), list(gts)
+
+
+@pytest.mark.parametrize(
+    "apart",
+    [np.array([0.0, 0.92, 0.0]), np.array([1.21, 0.0, 0.0]), np.array([0.5, -0.85, 0.0]), np.array([0.0, 0.0, 0.3])],
+    ids=["left", "behind", "aside", "above"],
+)
+def test_two_crates_in_one_mask_are_both_found(apart: np.ndarray) -> None:
+    image, gts = merged(apart)
+    estimator = PoseFit()
+    estimator.onboard({3: box()})
+    found = estimator.estimate(image)
+    assert [item.detection for item in found] == [4, 2]
+    poses = [item.T_camera_object for item in found]
+    away = np.array([[np.linalg.norm(pose[:3, 3] - gt[:3, 3]) for gt in gts] for pose in poses])
+    assert sorted(away.argmin(axis=1)) == [0, 1]
+    # Nothing marks the height at which one plain crate ends and the next begins.
+    assert away.min(axis=1).max() < 0.06
+    for pose, nearest in zip(poses, away.argmin(axis=1), strict=True):
+        looks = gts[nearest] @ HALF_TURN.transforms
+        assert np.degrees(rotation_angle(looks[:, :3, :3], pose[None, :3, :3])).min() < 2.0
+
+
+def test_a_crate_that_is_detected_twice_is_not_pushed_aside() -> None:
+    image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    twice = replace(image, detections=tuple(replace(image.detections[0], number=i) for i in (0, 1)))
+    estimator = PoseFit()
+    estimator.onboard({3: box()})
+    for item in estimator.estimate(twice):
+        assert np.linalg.norm(item.T_camera_object[:3, 3] - gt[:3, 3]) < 0.02
+
+
+# Poses all round are sifted by the image, on boxes whose readings are made here and then spoiled.
+
+
+YAWS_DEG = (0, 25, 60, 90, 115, 140)
+
+
+def spoiled(yaw: float, seed: int) -> tuple[RgbdImage, np.ndarray]:
+    """Return a box whose left quarter a near post hides, and of whose readings an eighth is off by up to 40 cm."""
+    image, gt = seen(make_transform(rotation_z(yaw), np.array([3.0, 0.1, 0.15])), -0.2)
+    rng, depth = np.random.default_rng(seed), image.depth.copy()
+    mask = image.detections[0].pixels(CAMERA.height, CAMERA.width).copy()
+    columns = np.flatnonzero(mask.any(axis=0))
+    post = columns[: len(columns) // 4]
+    depth[:, post], mask[:, post] = 1.0, False
+    off = rng.random(depth.shape) < 0.125
+    depth[off] += rng.uniform(-0.4, 0.4, off.sum()).astype(np.float32)
+    return dataclasses.replace(image, depth=depth, detections=(Detection(mask, "crate"),)), gt
+
+
+def error(poses: np.ndarray, gt: np.ndarray) -> float:
+    """Return the least error of some poses, 15 cm or 15 degrees being 1."""
+    looks = gt @ HALF_TURN.transforms
+    away = np.linalg.norm(poses[:, None, :3, 3] - looks[:, :3, 3], axis=2) / 0.15
+    turn = np.stack([np.degrees(rotation_angle(poses[:, :3, :3], look[None, :3, :3])) for look in looks], axis=1) / 15
+    return float(np.maximum(away, turn).min())
+
+
+def test_a_hidden_corner_and_readings_between_surfaces_lead_rectangles_astray_but_not_the_sweep() -> None:
+    of_rectangle, of_sweep = [], []
+    sides = outer_sides(build_surface(box().mesh(), 20_000, np.random.default_rng(0)))
+    for yaw_deg in YAWS_DEG:
+        image, gt = spoiled(np.deg2rad(yaw_deg), yaw_deg)
+        mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
+        points = masked_points(image, mask, np.random.default_rng(0))
+        view = DepthView(CAMERA, image.depth, mask, points[:400])
+        assert image.gravity is not None
+        of_rectangle.append(error(hypotheses(points, SIZE, image.gravity), gt))
+        found = swept(points, sides, HALF_TURN, view, image.gravity)
+        assert len(found) <= KEPT
+        of_sweep.append(error(found, gt))
+    assert np.mean(np.array(of_rectangle) < 1.0) <= 0.5
+    assert np.max(of_sweep) < 1.0
+
+
+def test_boxes_begin_and_end_where_the_points_do() -> None:
+    rng, yaw, place = np.random.default_rng(3), np.pi / 24 * 5, np.array([4.0, 1.0, 0.2])
+    # The right half of the near long side: the box reaches farther to the left than the points.
+    seen_part = np.stack([rng.uniform(0, 0.6, 500), np.full(500, -0.4), rng.uniform(-0.15, 0.15, 500)], axis=1)
+    found = anchored(seen_part @ rotation_z(yaw).T + place, SIZE, np.pi, quantile=0.0)
+    gt = make_transform(rotation_z(yaw), place)
+    away = np.linalg.norm(found[:, :3, 3] - gt[:3, 3], axis=1)
+    same = rotation_angle(found[:, :3, :3], gt[None, :3, :3]) < 1e-6
+    assert same.sum() == 8
+    assert away[same].min() < 0.01
+    assert len(found) == 8 * DIRECTIONS

@@ -1,8 +1,12 @@
 """Training on observations that no file holds: the crops of files, and weights that an interruption does not change."""
 
+import json
+import logging
+import os
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import count
 from pathlib import Path
 
@@ -10,11 +14,15 @@ import numpy as np
 import pytest
 import safetensors.torch
 import torch
+from scipy import stats
 
-from tests.dataset.toy import PALLET, make_scene, observe
+from tests.dataset.toy import PALLET, make_dataset, make_manifest
+from tests.estimators.toy_stream import observed, toy_stream
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.streamed import ObservedImage, as_stored
 from warehouse_sim.errors import ConfigError, TrainingError
+from warehouse_sim.estimators.pose.densefusion.crops.crop_set import load_crops
 from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
@@ -33,12 +41,6 @@ STREAM = StreamConfig(recipe="toy", seed=99, window=4, fresh=1.5)
 CONFIG = TrainConfig(max_minutes=None, max_steps=6, batch=4, validations=3, precision="32", threads=1, stream=STREAM)
 
 
-def toy_stream(config: StreamConfig, start: int) -> Iterator[Observation]:
-    """Give two observations of each toy scene, of which the second shows no target."""
-    for number in count(start):
-        yield as_stored(observe(make_scene(number // 2))[number % 2])
-
-
 def weights(run: Path) -> dict[str, torch.Tensor]:
     return safetensors.torch.load_file(run / "weights.safetensors")
 
@@ -50,7 +52,7 @@ def test_crops_of_an_observation_are_those_of_its_files(toy_root: Path, config: 
     reader, cut = DatasetReader(toy_root), 0
     for split in reader.splits:
         for image in reader.images(split):
-            streamed = ObservedImage(as_stored(observe(make_scene(image.scene_id))[image.image_id]))
+            streamed = ObservedImage(as_stored(observed(image.scene_id)[image.image_id]))
             pairs = zip(
                 image_crops(reader, image, config, 0), image_crops(streamed, streamed.record, config, 0), strict=True
             )
@@ -71,7 +73,7 @@ def test_a_window_that_shows_the_train_split_teaches_the_weights_of_its_files(to
     shown = [(image.scene_id, image.image_id) for image in reader.images("train")]
 
     def same(config: StreamConfig, start: int) -> Iterator[Observation]:
-        return (as_stored(observe(make_scene(scene))[number]) for scene, number in shown[start:])
+        return (as_stored(observed(scene)[number]) for scene, number in shown[start:])
 
     streams = replace(CONFIG, batch=3, stream=replace(STREAM, window=len(shown), fresh=0.0))
     files = weights(train(NAME, toy_root, tmp_path / "files", replace(streams, stream=StreamConfig())))
@@ -142,7 +144,7 @@ def test_scenes_of_the_data_are_rejected(toy_root: Path, tmp_path: Path) -> None
 
 def test_a_stream_that_shows_nothing_is_named(toy_root: Path, tmp_path: Path) -> None:
     def empty(config: StreamConfig, start: int) -> Iterator[Observation]:
-        return (as_stored(observe(make_scene(number))[1]) for number in count(start))
+        return (as_stored(observed(number)[1]) for number in count(start))
 
     with pytest.raises(TrainingError, match=r"none of the stream's observations .* shows an object of the data"):
         train(NAME, toy_root, tmp_path / "run", CONFIG, open_stream=empty)
@@ -173,3 +175,90 @@ def test_classes_or_objects_are_drawn_equally_often_and_those_of_a_class_by_the_
     # A class without crops takes no part.
     weights = sampling_weights(torch.tensor([0, 0, 1, 1]), ("pallet", "carton", "tote"), "classes")
     torch.testing.assert_close(weights, torch.ones(4))
+
+
+# A training on a stream reaches the score of one on files, on scenes that neither has trained on.
+
+
+SEEDS = int(os.environ.get("WAREHOUSE_SIM_SCORE_SEEDS", "6"))
+SCENES, SPLIT = 60, SplitConfig(0.3, 0.6, 0.1)
+STREAM_SCORE_CONFIG = TrainConfig(
+    max_minutes=None, max_steps=200, points=128, validations=1, precision="32", threads=1, workers=1, ema=0.98
+)
+STREAM_SCORE_STREAM = StreamConfig(recipe="toy", seed=99, window=18, fresh=0.25)
+"""As many observations at once as the train split shows targets in, and fifty more by the end."""
+FIRST = 1000
+"""The first scene of the stream; the dataset has none of its scenes."""
+_log = logging.getLogger(__name__)
+
+
+@cache
+def observation(number: int) -> Observation:
+    """Return the observation of a scene that shows targets."""
+    return as_stored(observed(FIRST + number)[0])
+
+
+def others(config: StreamConfig, start: int) -> Iterator[Observation]:
+    return map(observation, count(start))
+
+
+def median_mm(data: Path, run: Path, config: TrainConfig) -> float:
+    """Train, and return the median surface distance on the val split."""
+    train(NAME, data, run, config, cache=run.parent / "crops", open_stream=others)
+    result = json.loads((run / "result.json").read_text())
+    assert result["samples"] == config.max_steps * config.batch
+    return result["val_median_mm"]
+
+
+@pytest.mark.slow
+def test_a_stream_teaches_what_files_teach(tmp_path: Path) -> None:
+    manifest = replace(make_manifest(SCENES, ("bop",)), splits=dict(split_scenes(SCENES, SPLIT)))
+    data = make_dataset(tmp_path / "data", manifest)
+    assert len(DatasetReader(data).splits["train"]) == STREAM_SCORE_STREAM.window
+    nothing = median_mm(data, tmp_path / "nothing", replace(STREAM_SCORE_CONFIG, max_steps=1))
+    scores = np.empty((SEEDS, 2))
+    for seed in range(SEEDS):
+        for column, stream in enumerate((StreamConfig(), STREAM_SCORE_STREAM)):
+            config = replace(STREAM_SCORE_CONFIG, seed=seed, stream=stream)
+            scores[seed, column] = median_mm(data, tmp_path / f"{seed}-{column}", config)
+        _log.info("seed %d: files %.1f mm, stream %.1f mm", seed, *scores[seed])
+    assert scores.max() < 0.5 * nothing, scores
+    # Errors are spread by a factor, not by millimetres: the same half as far from either.
+    ratio = np.log(scores[:, 1] / scores[:, 0])
+    half = stats.t.ppf(0.975, SEEDS - 1) * ratio.std(ddof=1) / np.sqrt(SEEDS)
+    low, high = np.exp([ratio.mean() - half, ratio.mean() + half])
+    means = np.exp(np.log(scores).mean(axis=0))
+    _log.info("files %.1f mm, stream %.1f mm, ratio %.2f (%.2f to %.2f)", *means, np.exp(ratio.mean()), low, high)
+    assert low <= 1.0, scores
+    assert high < 2.0 * low, scores  # wider, and the trial would not have seen a worse one
+
+
+# Training reads shards as it reads folders: one image after the other, onto disk, drawn from there by seed.
+
+
+SHARDS_CONFIG = TrainConfig(max_minutes=None, max_steps=3, batch=4, validations=1, precision="32", threads=1, workers=1)
+
+
+@pytest.fixture(scope="module", params=["bop_webdataset", "bop_compact"])
+def shards(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_dataset(tmp_path_factory.mktemp("shards") / "data", make_manifest(formats=(request.param,)))
+
+
+def taught(data: Path, run: Path, config: TrainConfig, cache: Path) -> dict[str, torch.Tensor]:
+    train("densefusion-pointcloud", data, run, config, cache=cache)
+    return safetensors.torch.load_file(run / "weights.safetensors")
+
+
+def test_shards_teach_what_the_same_images_in_folders_teach(shards: Path, toy_root: Path, tmp_path: Path) -> None:
+    of_folders = taught(toy_root, tmp_path / "folders", SHARDS_CONFIG, tmp_path / "cache")
+    of_shards = taught(shards, tmp_path / "shards", SHARDS_CONFIG, tmp_path / "cache")
+    assert all(torch.equal(value, of_shards[name]) for name, value in of_folders.items())
+    other = taught(shards, tmp_path / "other", replace(SHARDS_CONFIG, seed=1), tmp_path / "cache")
+    assert any(not torch.equal(value, other[name]) for name, value in of_shards.items())
+
+
+def test_what_is_cut_out_of_shards_lies_on_disk_and_is_mapped(shards: Path, tmp_path: Path) -> None:
+    arrays = load_crops(DatasetReader(shards), "train", CropConfig(), 1, tmp_path / "cache")
+    assert arrays is not None
+    assert all(isinstance(array, np.memmap) for array in arrays.values())
+    assert len(arrays["points"]) > 1

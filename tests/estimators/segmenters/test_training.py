@@ -1,0 +1,93 @@
+"""Training on the toy warehouse, as a person starts it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warehouse_sim.cli.main import main
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.estimators.detectors.estimator import TrainedDetector
+from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.segmenters.segnet import task
+from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, without_doubles
+from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
+from warehouse_sim.estimators.train import train
+
+CONFIG = SegmenterConfig(
+    max_minutes=None,
+    max_steps=50,
+    batch=8,
+    width=8,
+    validations=2,
+    ema=0.9,
+    learning_rate=5e-3,
+    threads=1,
+    workers=1,
+)
+
+
+@pytest.fixture(scope="module")
+def run(toy_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(task, "_ERRORS", replace(task._ERRORS, depth_holes=0, colour=0.1))
+        return train("keypoints-rgbd", toy_root, tmp_path_factory.mktemp("segmenter") / "run", CONFIG)
+
+
+def boxed(reader: DatasetReader, split: str):
+    """Yield images with the ground-truth boxes of what is seen well, and the ground-truth masks."""
+    for image in reader.images(split):
+        targets = [item for item in image.targets if item.visible_fraction > 0.5 and item.pixels_visible > 100]
+        boxes = tuple(Detection(box_xyxy=item.box_visible_xyxy, class_name="pallet") for item in targets)
+        masks = [reader.mask_visible(image, item.gt_index) for item in targets]
+        yield replace(RgbdImage.from_dataset(reader, image, ()), detections=boxes), masks, image, targets
+
+
+def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
+    segmenter, overlaps = TrainedSegmenter(run), []
+    for image, masks, _, _ in boxed(DatasetReader(toy_root), "train"):
+        for item in segmenter.segment(image):
+            assert item.mask is not None
+            assert item.mask_probability is not None
+            assert ((item.mask_probability >= 0) & (item.mask_probability <= 1.0001)).all()
+            assert (item.mask_probability[item.mask] >= 0.5).all()
+            overlaps.append(max((item.mask & gt).sum() / (item.mask | gt).sum() for gt in masks))
+    assert np.mean(overlaps) > 0.7
+    assert segmenter.segment(replace(image, detections=())) == []
+
+
+def test_two_boxes_of_one_thing_give_one_mask(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    left, top, right, bottom = image.detections[0].box_xyxy
+    near = replace(image.detections[0], box_xyxy=(left + 2, top, right + 2, bottom), score=0.5)
+    alone = TrainedSegmenter(run).segment(image)
+    both = TrainedSegmenter(run).segment(replace(image, detections=(near, *image.detections)))
+    assert [item.box_xyxy for item in both] == [item.box_xyxy for item in alone]
+
+
+def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    with pytest.raises(InputError, match="has no rgb"):
+        TrainedSegmenter(run).segment(replace(image, rgb=None))
+    with pytest.raises(TrainingError, match="kind segmenter, not detector"):
+        TrainedDetector(run)
+
+
+def test_a_command_trains_a_segmenter(toy_root: Path, tmp_path: Path) -> None:
+    words = ["train", "segmenter-rgb", "--data", str(toy_root), "--out", str(tmp_path / "run"), "--max-steps", "2"]
+    assert main([*words, "--batch", "2", "--width", "4", "--validations", "1"]) == 0
+    assert (tmp_path / "run" / "result.json").is_file()
+
+
+def test_doubles_go_and_neighbours_stay() -> None:
+    def of(columns: slice, score: float) -> Detection:
+        mask = np.zeros((20, 100), bool)
+        mask[5:15, columns] = True
+        return Detection(mask, score=score)
+
+    # 40 of 50 columns shared is an IoU of 0.8, 20 of 60 one of 0.33.
+    kept, double, neighbour = of(slice(0, 50), 0.9), of(slice(0, 40), 0.8), of(slice(30, 80), 0.95)
+    assert without_doubles([double, kept, neighbour]) == [kept, neighbour]
+    assert without_doubles([]) == []
