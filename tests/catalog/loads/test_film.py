@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, Sheet, _simplified, film_skin, laid_on
-from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
+from warehouse_sim.catalog.loads.securing.film_skin import COLUMNS, Level, Sheet, _simplified, film_skin, laid_on
+from warehouse_sim.catalog.loads.securing.film_winding import DENSE, DOUBLE, THIN, wound_film
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.convex import convex_hull
 from warehouse_sim.geometry.mesh import TriangleMesh

@@ -5,8 +5,8 @@ import pytest
 
 from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed
-from warehouse_sim.catalog.loads.film_skin import Level
 from warehouse_sim.catalog.loads.securing import CORNER_POSTS, SLIP_SHEETS, corner_post, slip_sheet, stretch_wrap, wrap
+from warehouse_sim.catalog.loads.securing.film_skin import Level
 from warehouse_sim.catalog.materials import materials
 
 

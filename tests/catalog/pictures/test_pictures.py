@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import zxingcpp
 
-from warehouse_sim.catalog.pictures.draw import PICTURES, code128, draw_picture
+from warehouse_sim.catalog.pictures.draw import PICTURES, code128, draw_picture, with_check_digit
 from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
-from warehouse_sim.catalog.pictures.words import with_check_digit
 from warehouse_sim.errors import ConfigError, UnknownNameError
 
 
