@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import evaluate
+from warehouse_sim.evaluation import evaluate, measuring
 
 NUMBERS = {"Car": 1, "Pedestrian": 4}
 FRAMES, SEED = 21, 5
@@ -94,11 +93,10 @@ def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path, monke
     path = gt_csv(tmp_path / "gt_val.csv")
     counts = evaluate(path, folder, "val").counts
     assert (counts["ground_truths"], counts["ground_truths_left_out"]) == (3, 3)
-    measure = import_module("warehouse_sim.evaluation.measure")  # the package has a function of that name
-    monkeypatch.setattr(measure, "MIN_MODEL_POINTS", 20)
+    monkeypatch.setattr(measuring, "MIN_MODEL_POINTS", 20)
     assert evaluate(path, folder, "val").counts["ground_truths"] == 6
     write_frame(folder / "training", VAL[0], street(VAL[0], SEED), SEED, points_each=0)
-    monkeypatch.setattr(measure, "MIN_MODEL_POINTS", 1)
+    monkeypatch.setattr(measuring, "MIN_MODEL_POINTS", 1)
     assert evaluate(path, folder, "val").counts["ground_truths"] == 3
 
 

@@ -12,7 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.pose.uncertainty.estimator import Watcher
 from warehouse_sim.estimators.predict import read_images
-from warehouse_sim.evaluation.measure import measure
+from warehouse_sim.evaluation.measuring import measure
 from warehouse_sim.evaluation.trust import succeeded
 
 

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.evaluation.docking.standing import Standings
-from warehouse_sim.evaluation.measure import measure
+from warehouse_sim.evaluation.measuring import measure
 from warehouse_sim.evaluation.summary import docking_failures, docking_left_out, summarise, summarise_groups
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.geometry.camera import PinholeCamera

@@ -8,9 +8,8 @@ import pytest
 import zxingcpp
 
 from warehouse_sim.catalog.materials import materials
-from warehouse_sim.catalog.pictures.draw import PICTURES, code128, draw_picture
+from warehouse_sim.catalog.pictures.draw import PICTURES, code128, draw_picture, with_check_digit
 from warehouse_sim.catalog.pictures.sheet import HEIGHT_PX, WIDTH_PX
-from warehouse_sim.catalog.pictures.words import with_check_digit
 from warehouse_sim.catalog.textures import DETAIL_OF, DETAILS, TEXTURES, paint, stretch
 from warehouse_sim.catalog.textures.tile import NEUTRAL, SIZE, normals
 from warehouse_sim.catalog.textures.used import LARGE

@@ -11,7 +11,7 @@ from tests.evaluation.pallet import nudge
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, EvaluationError
 from warehouse_sim.evaluation import evaluate, read_scores, write_scores
-from warehouse_sim.evaluation.measure import measure
+from warehouse_sim.evaluation.measuring import measure
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
 
 

@@ -27,7 +27,9 @@ def recipe(**traffic: object) -> Recipe:
         "targets": ["pallet", "trolley"],
         "traffic": {"objects": [TROLLEY], "own": 4, **traffic},
     }
-    return from_mapping(Recipe, {"description": "own objects", "name": "own", "scene": scene, "sensors": CAMERA}, "own.yaml")
+    return from_mapping(
+        Recipe, {"description": "own objects", "name": "own", "scene": scene, "sensors": CAMERA}, "own.yaml"
+    )
 
 
 @pytest.mark.gl

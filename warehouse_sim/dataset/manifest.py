@@ -4,6 +4,7 @@ import os
 import platform
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -144,13 +145,17 @@ class Manifest:
 
 def package_versions() -> dict[str, str]:
     """Return the versions of Python and of every installed package that can change a dataset's bytes."""
-    versions = {"python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            versions[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return versions
+    found = {name: _installed(name) for name in _PACKAGES}
+    return {"python": platform.python_version()} | {name: number for name, number in found.items() if number}
+
+
+@cache
+def _installed(name: str) -> str:
+    """Return the version of a package, empty where it is not installed; its metadata takes long to read."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
 
 
 def write_manifest(path: Path, manifest: Manifest) -> None:

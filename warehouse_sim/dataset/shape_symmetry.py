@@ -44,7 +44,7 @@ def surface_kept(mesh: TriangleMesh, motions: Transforms) -> Bool[np.ndarray, " 
     """Return which motions, "n 4 4", bring sampled points of a surface back onto it."""
     rng = np.random.default_rng(0)
     surface, tested = (sample_surface(mesh, count, rng)[0] for count in (_SURFACE_SAMPLES, _TESTED_SAMPLES))
-    # Few questions are asked of it: a balanced tree takes longer to build than it saves.
+    # Few points are looked up: a balanced tree takes longer to build than it saves.
     tree, extent = KDTree(surface, compact_nodes=False, balanced_tree=False), np.abs(mesh.vertices).max(axis=0)
     limit = _distance(tree, tested) + _SURFACE_TOLERANCE * 2.0 * float(np.linalg.norm(extent))
     return np.array([_distance(tree, transform_points(T, tested)) <= limit for T in motions])

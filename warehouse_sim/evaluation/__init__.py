@@ -15,7 +15,7 @@ from warehouse_sim.evaluation.bop_scores import bop_scores
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.errors.surface import ErrorModels
-from warehouse_sim.evaluation.measure import MIN_MODEL_POINTS, MIN_VISIBLE, measure
+from warehouse_sim.evaluation.measuring import MIN_MODEL_POINTS, MIN_VISIBLE, measure
 from warehouse_sim.evaluation.pairing import Place
 from warehouse_sim.evaluation.scored_estimates import ScoredEstimates, require_scorable
 from warehouse_sim.evaluation.scores import (

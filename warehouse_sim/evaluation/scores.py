@@ -12,7 +12,7 @@ from warehouse_sim.errors import DatasetError, EvaluationError, UnknownNameError
 from warehouse_sim.evaluation.bop_scores import BopScores
 from warehouse_sim.evaluation.docking.fork import FORK
 from warehouse_sim.evaluation.error_table import ErrorTable, read_table, write_table
-from warehouse_sim.evaluation.measure import MIN_MODEL_POINTS, MIN_VISIBLE
+from warehouse_sim.evaluation.measuring import MIN_MODEL_POINTS, MIN_VISIBLE
 from warehouse_sim.evaluation.summary import (
     DIAMETER_PERCENT,
     DISTANCE_EDGES,

@@ -5,9 +5,9 @@ import pytest
 
 from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, Level, Sheet, _simplified, film_skin, laid_on
-from warehouse_sim.catalog.loads.film_winding import DENSE, DOUBLE, THIN, wound_film
 from warehouse_sim.catalog.loads.securing import CORNER_POSTS, SLIP_SHEETS, corner_post, slip_sheet, stretch_wrap, wrap
+from warehouse_sim.catalog.loads.securing.film_skin import COLUMNS, Level, Sheet, _simplified, film_skin, laid_on
+from warehouse_sim.catalog.loads.securing.film_winding import DENSE, DOUBLE, THIN, wound_film
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.convex import convex_hull
 from warehouse_sim.geometry.mesh import TriangleMesh

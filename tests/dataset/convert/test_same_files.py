@@ -29,7 +29,7 @@ def test_converted_files_are_those_that_are_generated(shared: Shared, tmp_path: 
     recipe = replace(recipe, sensors=replace(recipe.sensors, outputs=("default", "clean")))
     config = GenerateConfig(scenes=3, seed=21, formats=("kitti", "bop", "coco", *SAME), workers=1)
     generate(recipe, tmp_path / "at_once", config)
-    for name in ("scenes", "bop", "kitti"):
+    for name in ("scenes", "readings", "bop", "kitti"):
         shutil.copytree(tmp_path / "at_once" / name, tmp_path / "first" / name)
     shutil.copy(tmp_path / "at_once/objects.json", tmp_path / "first")
     manifest = replace(read_manifest(tmp_path / "at_once"), formats=("kitti", "bop"))

@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.catalog import catalog_object
-from warehouse_sim.catalog.loads.film_skin import Level
-from warehouse_sim.catalog.loads.film_winding import wound_film
 from warehouse_sim.catalog.loads.securing import CORNER_POSTS, POST_BOARD, POST_LEG, stretch_wrap
+from warehouse_sim.catalog.loads.securing.film_skin import Level
+from warehouse_sim.catalog.loads.securing.film_winding import wound_film
 from warehouse_sim.geometry.boxes import OrientedBox
 from warehouse_sim.geometry.convex import area, convex_hull, grown
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z, transform_points

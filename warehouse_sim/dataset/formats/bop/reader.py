@@ -7,13 +7,17 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8, UInt16
 
 from warehouse_sim.dataset.files.checksums import require_checksum
-from warehouse_sim.dataset.files.dense_images import decode_coordinates, decode_normals
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_mask, decode_rgb
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.files.plain import PIXELS, take
 from warehouse_sim.dataset.files.ply import read_ply
 from warehouse_sim.dataset.formats.bop import BopLayout, BopSceneLayout, bop_layout
-from warehouse_sim.dataset.formats.bop.exact_images import read_class_table, require_known_values
+from warehouse_sim.dataset.formats.bop.exact_images import (
+    decode_coordinates,
+    decode_normals,
+    read_class_table,
+    require_known_values,
+)
 from warehouse_sim.dataset.formats.bop.tables import read_bop_scene
 from warehouse_sim.dataset.formats.reader_base import ReaderBase, metres, require_size
 from warehouse_sim.dataset.manifest import Manifest, read_manifest

@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.loads.film_skin import Level
+from warehouse_sim.catalog.loads.securing.film_skin import Level
 from warehouse_sim.catalog.parts import box_part, collision_boxes, mesh_part, model_of, slab_part
 from warehouse_sim.geometry.convex import grown
 from warehouse_sim.geometry.mesh import TriangleMesh, merge

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warehouse_sim.dataset.files.dense_images import (
+from warehouse_sim.dataset.files.png import encode_png
+from warehouse_sim.dataset.formats.bop.exact_images import (
     decode_coordinates,
     decode_normals,
     encode_coordinates,
     encode_normals,
 )
-from warehouse_sim.dataset.files.png import encode_png
 from warehouse_sim.errors import DatasetError
 
 

@@ -14,8 +14,16 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.catalog.loads.film_skin import COLUMNS, FilmSkin, Level, Sheet, band_faces, film_skin, laid_on
 from warehouse_sim.catalog.loads.securing import OBJ_ID
+from warehouse_sim.catalog.loads.securing.film_skin import (
+    COLUMNS,
+    FilmSkin,
+    Level,
+    Sheet,
+    band_faces,
+    film_skin,
+    laid_on,
+)
 from warehouse_sim.catalog.parts import mesh_part, model_of
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
 from warehouse_sim.schema import ObjectModel
