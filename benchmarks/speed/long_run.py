@@ -34,6 +34,7 @@ def main(
     seed: int = 0,
     every_s: float = 5.0,
     write: bool = False,
+    outputs: tuple[str, ...] = (),
 ) -> int:
     """Generate, watch and print; exit code 1 if the run failed.
 
@@ -45,6 +46,7 @@ def main(
         seed: Seed of the dataset.
         every_s: Seconds between two looks.
         write: Store benchmarks/results/long_run.json.
+        outputs: As those of ``generate``; the recipe's own by default.
     """
     loaded, console = load_recipe(recipe), Console()
     per_scene = loaded.scene.observations_per_scene * len(loaded.paired_variants.names())
@@ -53,6 +55,7 @@ def main(
     folder.mkdir(parents=True, exist_ok=True)
     words = ["generate", recipe, "--out", str(data), "--scenes", str(scenes), "--seed", str(seed)]
     words += ["--workers", str(workers), "--formats", "bop", "--resume"]
+    words += ["--outputs", *outputs] if outputs else []
     process = subprocess.Popen([sys.executable, "-m", "warehouse_sim", *words])
     watch(process, data, table, scenes, per_scene, every_s, console)
     rows = read_rows(table)
@@ -64,6 +67,7 @@ def main(
     if write:
         command = (
             f"python -m benchmarks.speed.long_run --observations {observations} --recipe {recipe} --workers {workers}"
+            + (f" --outputs {' '.join(outputs)}" if outputs else "")
         )
         row = {"name": recipe, "value": found["growth"], "workers": workers, **found}
         write_result(RESULTS / "long_run.json", command, rounded([row]))
@@ -115,6 +119,7 @@ def summary(rows: list[tuple[float, int, float]], scenes: int, per_scene: int) -
         "observations": rows[-1][1] * per_scene,
         "seconds": rows[-1][0],
         "observations_per_s": rows[-1][1] * per_scene / rows[-1][0],
+        "hours_for_50000": 50_000 * rows[-1][0] / max(rows[-1][1] * per_scene, 1) / 3600.0,
         "first_mib": first,
         "last_mib": last,
         "largest_mib": max(row[2] for row in looks),

@@ -21,6 +21,7 @@ def test_memory_that_grows_is_told_from_memory_that_does_not() -> None:
     assert found["growth"] > 2.0
     assert found["observations_per_s"] == pytest.approx(2.0)
     assert found["observations"] == 400
+    assert found["hours_for_50000"] == pytest.approx(25_000 / 3600)
 
 
 def test_the_memory_of_children_counts(tmp_path: Path) -> None:
@@ -37,7 +38,7 @@ def test_the_memory_of_children_counts(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_run_that_was_stopped_goes_on(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "benchmarks.speed.long_run", "--folder", str(tmp_path), "--observations", "8"]
-    words += ["--workers", "1", "--every-s", "0.2"]
+    words += ["--workers", "1", "--every-s", "0.2", "--outputs", "depth", "poses"]
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, start_new_session=True) as process:
         while long_run.done_scenes(tmp_path / "data") < 1 and process.poll() is None:
             time.sleep(0.05)
@@ -47,5 +48,7 @@ def test_a_run_that_was_stopped_goes_on(tmp_path: Path) -> None:
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     after = long_run.read_rows(tmp_path / "watched.csv")
     assert after[: len(before)] == before
-    assert after[-1][1] == read_manifest(tmp_path / "data").scenes
+    manifest = read_manifest(tmp_path / "data")
+    assert after[-1][1] == manifest.scenes
+    assert manifest.contents.outputs == {"depth", "poses"}
     assert [row[0] for row in after] == sorted(row[0] for row in after)

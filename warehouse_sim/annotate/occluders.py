@@ -59,7 +59,8 @@ def kinds_by_id(scene: SceneSpec) -> Int[np.ndarray, " n"]:
     """Return for each instance id up to the largest its kind as an index into ``KINDS``; the background is other."""
     ids = [item.instance_id for item in scene.instances]
     kinds = np.full(max(ids, default=0) + 1, KINDS.index("other"))
-    kinds[ids] = [KINDS.index(kind_of(scene.model_of(item).class_name)) for item in scene.instances]
+    kind_of_model = {name: KINDS.index(kind_of(model.class_name)) for name, model in scene.models.items()}
+    kinds[ids] = [kind_of_model[item.model] for item in scene.instances]
     return kinds
 
 

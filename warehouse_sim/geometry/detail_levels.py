@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse import coo_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from warehouse_sim.geometry.mesh import TriangleMesh, equal_rows
@@ -46,7 +46,7 @@ def facets(mesh: TriangleMesh) -> Facets:
     _, edge = np.unique(edge, return_inverse=True)
     in_plane = edge * (plane.max(initial=0) + 1) + np.repeat(plane, 3)
     across, _ = _paired_variants(edge)
-    partner, shared = _paired_variants(in_plane)
+    partner, shared = _paired_variants(np.unique(in_plane, return_inverse=True)[1])
     shape = faces.shape
     points = mesh.vertices[faces]
     return Facets(faces, points, normals, across.reshape(shape), shared.reshape(shape), partner.reshape(shape))
@@ -78,7 +78,8 @@ def plane_regions(found: Facets) -> Int[np.ndarray, " m"]:
     """Return for each triangle the number of the connected flat region that it belongs to."""
     count, (here, edge) = len(found.faces), np.nonzero(found.partner >= 0)
     there = found.partner[here, edge] // 3
-    neighbours = coo_array((np.ones(len(here), bool), (here, there)), shape=(count, count))
+    starts = np.append(0, np.cumsum(np.bincount(here, minlength=count)))
+    neighbours = csr_array((np.ones(len(here)), there, starts), shape=(count, count))
     return connected_components(neighbours, directed=False)[1]
 
 
@@ -87,14 +88,18 @@ def _numbered(rows: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
     return equal_rows(np.ascontiguousarray(rows))[1]
 
 
-def _paired_variants(key: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """Return for each key the place of the only other equal one, or -1, and whether it occurs more than once."""
-    _, group, count = np.unique(key, return_inverse=True, return_counts=True)
-    paired_variant = np.full(len(key), -1)
-    two = np.flatnonzero(count[group] == 2)
+def _paired_variants(group: Int[np.ndarray, " n"]) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Return for each number the place of the only other equal one, or -1, and whether it occurs more than once.
+
+    Args:
+        group: Numbers that count from 0.
+    """
+    count = np.bincount(group)[group]
+    paired_variant = np.full(len(group), -1)
+    two = np.flatnonzero(count == 2)
     pairs = two[np.argsort(group[two], kind="stable")].reshape(-1, 2)
     paired_variant[pairs[:, 0]], paired_variant[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    return paired_variant, count[group] > 1
+    return paired_variant, count > 1
 
 
 _FEWER = 0.8

@@ -178,13 +178,15 @@ class SceneChange:
         if before is None:
             return cls(True, True, True, True, True)
         theirs, mine = before.materials, after.materials
-        surfaces = list(theirs) != list(mine) or any(
-            replace(theirs[name], emission=item.emission) != item for name, item in mine.items()
+        other = theirs is not mine
+        surfaces = other and (
+            list(theirs) != list(mine)
+            or any(replace(theirs[name], emission=item.emission) != item for name, item in mine.items())
         )
         return cls(
             objects=not _same_objects(before, after),
             surfaces=surfaces,
-            emission=surfaces or any(theirs[name].emission != item.emission for name, item in mine.items()),
+            emission=surfaces or (other and any(theirs[name].emission != item.emission for name, item in mine.items())),
             lights=before.ambient != after.ambient or not _same_lights(before.lights, after.lights),
             area=(before.aisle, before.targets) != (after.aisle, after.targets),
         )
@@ -196,6 +198,8 @@ class SceneChange:
 
 
 def _same_objects(before: SceneSpec, after: SceneSpec) -> bool:
+    if before.instances is after.instances and before.models is after.models:
+        return True
     if len(before.instances) != len(after.instances) or before.models.keys() != after.models.keys():
         return False
     same_models = all(before.models[name] is model for name, model in after.models.items())

@@ -135,6 +135,11 @@ class ObjectModel:
         return merge([part.placed() for part in self.parts])
 
     @cached_property
+    def radius(self) -> float:
+        """Distance (m) of the farthest vertex of its surface from its origin."""
+        return max(float(np.linalg.norm(part.placed().vertices, axis=1).max()) for part in self.parts)
+
+    @cached_property
     def diameter(self) -> float:
         """Largest distance between two points of its surface (m), of its boxes' size where it has none."""
         return diameter(self.mesh().vertices) if self.parts else float(np.linalg.norm(self.size))

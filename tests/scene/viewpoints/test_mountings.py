@@ -12,7 +12,14 @@ from warehouse_sim.geometry.pose import level_camera, transform_points
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene import SceneRecipe, sample_scene
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
-from warehouse_sim.scene.viewpoints.framing import angles_to, shows, target_in_view, targets_in_frame
+from warehouse_sim.scene.viewpoints.framing import (
+    angles_to,
+    is_framed,
+    is_off_axis,
+    shows,
+    target_in_view,
+    targets_in_frame,
+)
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import AMR, FORKLIFT, MOUNTINGS, pose_on_floor
 from warehouse_sim.schema import Viewpoint
@@ -113,6 +120,17 @@ def test_angles_are_those_beside_and_above_the_axis() -> None:
     assert bearing[1] == pytest.approx(0.0)
     # Tilting the camera by 20 degrees shortens the depth of a point at 45 degrees.
     assert bearing[0] == pytest.approx(np.arctan2(1.0, np.cos(np.deg2rad(20.0))))
+
+
+def test_a_quick_look_rejects_what_the_exact_one_rejects() -> None:
+    rng, framed = np.random.default_rng(0), []
+    for _ in range(500):
+        place, point = rng.uniform(-3.0, 3.0, (2, 3))
+        yaw, pitch, roll = rng.uniform([-np.pi, -1.5, -0.2], [np.pi, 1.0, 0.2])
+        config = replace(CONFIG, max_elevation_deg=float(rng.uniform(1, 45)), max_bearing_deg=float(rng.uniform(1, 80)))
+        framed.append(is_framed(level_camera(place, yaw, pitch, roll), point, config))
+        assert is_off_axis(point.tolist(), place.tolist(), (yaw, pitch, roll), config) != framed[-1]
+    assert 20 < sum(framed) < 480
 
 
 def test_targets_in_frame_come_by_distance_and_the_edge_counts() -> None:

@@ -3,6 +3,9 @@
 Which targets an image can show at all is ``annotate.in_view``; how much of one it shows, by rays, ``occlusion.sight``.
 """
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -26,6 +29,39 @@ def is_framed(T_world_camera: Transform, point: Float[np.ndarray, " 3"], config:
     return bool(
         bearing[0] <= np.deg2rad(config.max_bearing_deg) and elevation[0] <= np.deg2rad(config.max_elevation_deg)
     )
+
+
+_ROUNDING = 1e-6
+"""By so much (rad) a quick look at angles may differ from the exact one."""
+
+
+def is_off_axis(
+    point: Sequence[float], place: Sequence[float], turns: tuple[float, float, float], config: ViewpointsConfig
+) -> bool:
+    """Return whether a point is so far from the optical axis that ``is_framed`` surely rejects it; quick to ask.
+
+    Args:
+        point: In the world (m).
+        place: Of the camera in the world (m).
+        turns: Yaw, pitch and roll of the camera (rad), as ``level_camera`` takes them.
+        config: What counts as near enough.
+    """
+    yaw, pitch, roll = turns
+    away = [end - start for end, start in zip(point, place, strict=True)]
+    ahead, left = _turned(away[0], away[1], yaw)
+    z, up = _turned(ahead, away[2], pitch)
+    x, y = _turned(-left, -up, roll)
+    bearing, elevation = math.atan2(x, z), math.atan2(y, math.hypot(x, z))
+    return (
+        abs(bearing) > math.radians(config.max_bearing_deg) + _ROUNDING
+        or abs(elevation) > math.radians(config.max_elevation_deg) + _ROUNDING
+    )
+
+
+def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
+    """Return x and y in axes that are turned by ``angle`` (rad)."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x + s * y, c * y - s * x
 
 
 def targets_in_frame(T_world_camera: Transform, space: FreeSpace, config: ViewpointsConfig) -> list[ObjectInstance]:

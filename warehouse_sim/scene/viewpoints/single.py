@@ -9,7 +9,7 @@ from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.scene.distribution import Distribution
 from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.viewpoints.config import ViewpointsConfig
-from warehouse_sim.scene.viewpoints.framing import is_framed
+from warehouse_sim.scene.viewpoints.framing import is_framed, is_off_axis
 from warehouse_sim.scene.viewpoints.free_space import FreeSpace
 from warehouse_sim.scene.viewpoints.mountings import Mounting, pose_on_floor
 from warehouse_sim.schema import ObjectInstance, Viewpoint
@@ -48,7 +48,10 @@ def candidate_viewpoints(
         into: Heading straight into a face of the target (rad, world), for views of a truck that comes to take it.
     """
     for _ in range(tries):
-        viewpoint, lift = sample_view(target, space, config, rng, into)
+        sampled = sample_view(target, space, config, rng, into)
+        if sampled is None:
+            continue
+        viewpoint, lift = sampled
         is_good = is_framed(viewpoint.T_world_camera, target.T_world_object[:3, 3], config)
         if not is_good or not space.is_clear(viewpoint, config.clearance, lift):
             continue
@@ -62,10 +65,11 @@ def sample_view(
     config: ViewpointsConfig,
     rng: np.random.Generator,
     into: float | None = None,
-) -> tuple[Viewpoint, float]:
+) -> tuple[Viewpoint, float] | None:
     """Draw a view of ``target`` and how far the forks are lifted (m); whether there is room is not asked.
 
-    With ``into`` it is one from before the face that this heading (rad, world) goes straight into.
+    With ``into`` it is one from before the face that this heading (rad, world) goes straight into. None stands for most
+    of the views that have the target too far from the optical axis.
     """
     mounting = config.mounting
     if mounting is None:
@@ -84,8 +88,11 @@ def sample_view(
         (x, y), yaw = _sample_mount_before(target.T_world_object[:3, 3], bearing, config, rng)
     height, pitch, roll = sample_mount(mounting, config, rng)
     lift = sample_lift(config, target, space, rng)
+    place = float(x), float(y), height + lift
+    if is_off_axis(target.T_world_object[:3, 3].tolist(), place, (yaw, pitch, roll), config):
+        return None
     T_world_vehicle = pose_on_floor(x - mounting.forward * np.cos(yaw), y - mounting.forward * np.sin(yaw), yaw)
-    T_world_camera = level_camera(np.array([x, y, height + lift]), yaw, pitch, roll)
+    T_world_camera = level_camera(np.array(place), yaw, pitch, roll)
     return Viewpoint(T_world_camera, config.kind, T_world_vehicle, target=target.instance_id), lift
 
 

@@ -39,7 +39,9 @@ def flat_mesh(mesh: TriangleMesh, known: Facets | None = None) -> FlatMesh:
     """
     found = facets(mesh) if known is None else known
     pair, turn = found.halves
-    single = np.setdiff1d(np.arange(len(found.faces)), pair)
+    is_single = np.ones(len(found.faces), bool)
+    is_single[pair] = False
+    single = np.flatnonzero(is_single)
     quads = _quad_corners(mesh, found, pair, turn)
     barycentric = _barycentric(found.inner[single])
     lone = _corners(mesh.vertices[found.faces[single]], found.normals[single], barycentric)

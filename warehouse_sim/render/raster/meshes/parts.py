@@ -160,11 +160,12 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
     low, high = (np.stack([extent[part.mesh][side] for _, _, part in entries]) * scale for side in (0, 1))
     casts_of = {name: shadow_casters(scene.models[name], scene.materials) for name in {i.model for i, _, _ in entries}}
     ids = np.array([instance.instance_id for instance, _, _ in entries])
+    paints = [instance.material_of(part) for instance, _, part in entries]
     template = np.zeros(len(entries), INSTANCE)
     template["scale"] = scale
     template["identity"][:, 0] = ids
-    template["identity"][:, 1] = [material_row[instance.material_of(part)] for instance, _, part in entries]
-    wound = np.array([scene.materials[instance.material_of(part)].texture == WOUND for instance, _, part in entries])
+    template["identity"][:, 1] = [material_row[paint] for paint in paints]
+    wound = np.array([scene.materials[paint].texture == WOUND for paint in paints])
     template["identity"][:, 2] = edge_order(high - low, wound) @ np.array([1, 4, 16])
     template["identity"][:, 3] = np.argmin(high - low, axis=1)
     template["texture_shift"] = texture_shift(ids, np.array([number for _, number, _ in entries]))
@@ -173,7 +174,7 @@ def build_part_table(scene: SceneSpec, material_row: dict[str, int], ribbed: fro
     template["spread"], template["start"] = _STEPS * scale / half, -_STEPS * (low + high) / 2 / half
     template["picture"] = _picture_frame(low, high)
     has_paint = {name: name in ribbed or item.picture is not None for name, item in scene.materials.items()}
-    painted = np.array([has_paint[instance.material_of(part)] for instance, _, part in entries])
+    painted = np.array([has_paint[paint] for paint in paints])
     film = np.array([scene.materials[part.material].opacity < 1.0 for _, _, part in entries])
     joined = {name for name, model in scene.models.items() if model.class_name == JOINED_GOODS}
     T_world_object = np.stack([instance.T_world_object for instance, _, _ in entries])
