@@ -77,23 +77,20 @@ def joined(
     goes_on = (number[ahead] >= 0) | (number[ahead + side[left] * strips.across] >= 0)
     left = left[~goes_on]
     slope = _slope(strips, left, along, number)
-    starts, ends, gaps = [], [], []
-    for gap in range(2, _FARTHEST):
-        fits = room[left] > gap
-        left, slope = left[fits], slope[fits]
-        if len(left) == 0:
-            break
-        found = number[strips.pixels[left] + gap * along + side[left] * strips.across]
-        pointed = strips.offset[left] + slope * gap - side[left] - strips.offset[found]
-        straight = (np.abs(pointed) < _STRAIGHT) | (np.isnan(slope) & (gap <= _SHORT))
-        of_one_line = (found >= 0) & straight & _alike(strips, left, found, side, nearness, colors)
-        starts.append(left[of_one_line])
-        ends.append(found[of_one_line])
-        gaps.append(np.full(int(of_one_line.sum()), gap))
-        left, slope = left[found < 0], slope[found < 0]
-    if not starts:
-        return Joined(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.float32, np.float32)))
-    return _between(strips, along, side, nearness, (np.concatenate(starts), np.concatenate(ends), np.concatenate(gaps)))
+    gaps = np.arange(2, _FARTHEST)
+    beyond = strips.pixels[left] + side[left] * strips.across
+    # What lies outside of the image is looked up at its last pixel, and not counted.
+    places = np.minimum(beyond[:, None] + gaps * along, len(number) - 1)
+    seen = (number[places] >= 0) & (room[left][:, None] > gaps)
+    meets, first = seen.any(axis=1), seen.argmax(axis=1)
+    order = np.flatnonzero(meets)[np.argsort(first[meets], kind="stable")]
+    left, gap, slope = left[order], gaps[first[order]], slope[order]
+    found = number[places[order, first[order]]]
+    pointed = strips.offset[left] + slope * gap - side[left] - strips.offset[found]
+    straight = (np.abs(pointed) < _STRAIGHT) | (np.isnan(slope) & (gap <= _SHORT))
+    of_one_line = straight & _alike(strips, left, found, side, nearness, colors)
+    pairs = left[of_one_line], found[of_one_line], gap[of_one_line]
+    return _between(strips, along, side, nearness, pairs)
 
 
 def _room(strips: Strips, size: tuple[int, int], side: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:

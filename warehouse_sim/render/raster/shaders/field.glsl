@@ -74,7 +74,9 @@ Around light_around(vec3 p, vec3 n) {
 
 // What a surface of this roughness mirrors over what the fields say of that side of it, as hall_probe.py.
 uniform sampler3D probe;
+const float MATT = 0.85;              // roughness from which on the fields' six directions say as much
 float mirrored_detail(vec3 p, vec3 n, float roughness) {
+    if (roughness > MATT) return 1.0;
     vec3 m = world_camera * reflect(normalize(p), n);
     vec2 turn = vec2(atan(m.y, m.x) / 6.2831853, acos(clamp(m.z, -1.0, 1.0)) / 3.14159265);
     return textureLod(probe, vec3(turn, roughness), 0.0).x;

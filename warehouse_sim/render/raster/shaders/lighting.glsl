@@ -16,7 +16,7 @@ struct Surface {
     float nv, away;               // cosine between n and v, and (1 - it)^5
     vec3 base, diffuse, f0;
     float roughness, a;           // perceptual, and its square
-    float emission;
+    float metallic, emission;
     float factor;                 // of the texture on the base colour
 #if RETROREFLECTORS
     float throws_back;            // 1 for retroreflectors
@@ -51,8 +51,9 @@ Surface surface_at(vec3 p, vec3 g, vec3 tangent, vec2 tile, int row, float pixel
     s.away = fifth(1.0 - min(s.nv, 1.0));
     s.roughness = clamp(s.roughness, 0.05, 1.0);
     s.a = s.roughness * s.roughness;
-    s.f0 = mix(vec3(0.04), s.base, more.x);
-    s.diffuse = s.base * (1.0 - more.x) / PI;
+    s.metallic = more.x;
+    s.f0 = mix(vec3(0.04), s.base, s.metallic);
+    s.diffuse = s.base * (1.0 - s.metallic) / PI;
     s.emission = more.y;
 #if RETROREFLECTORS
     s.throws_back = texelFetch(materials, ivec2(2, row), 0).w;

@@ -14,7 +14,8 @@ void roughen(inout Surface s, float lack) {
 
 void main() {
     float stored = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).x;
-    uvec2 words = texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).xy;
+    uvec4 stored_words = texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0);
+    uvec2 words = stored_words.xy;
     bool nothing = stored <= 0.0;
     vec3 ray = pixel_ray(), p = ray * (nothing ? 1.0 : near / stored), n = unpack_normal(words.x);
     vec3 tangent = unpack_tangent(words.x, n);
@@ -24,7 +25,7 @@ void main() {
     if (picture != -1.0) paint = texelFetch(paint_map, ivec2(gl_FragCoord.xy), 0);
     paint *= paint;
     Surface s = surface_at(p, n, tangent, unpack_tile(words.y), row, 1.0 / intrinsics.x, paint);
-    add_fine_detail(s, texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).zw, row, tangent, 1.0 / intrinsics.x);
+    add_fine_detail(s, stored_words.zw, row, tangent, 1.0 / intrinsics.x);
     if (picture == -2.0) roughen(s, paint.a);
 
     vec2 half_way = floor(gl_FragCoord.xy) * 0.5, corner = floor(half_way) + 1.0, f = fract(half_way);
