@@ -14,7 +14,6 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.geometry.mesh import unit_box
 from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
-from warehouse_sim.optional import require
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import LidarScan, Material, ObjectInstance, ObjectModel, Part, SceneSpec
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
@@ -35,7 +34,9 @@ def main(folder: Path = FOLDER) -> None:
         folder: Where they are written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    require("matplotlib", "report", "for the LiDAR sheets").use("Agg")
+    import matplotlib
+
+    matplotlib.use("Agg")
     from matplotlib import pyplot
 
     for name, draw in (("lidar_rings", draw_rings), ("lidar_range", draw_range)):

@@ -116,6 +116,7 @@ def test_each_number_has_the_command_that_gives_it_and_a_method_its_name(folders
 def test_a_browser_sorts_filters_saves_and_turns(folders, tmp_path):
     inputs = [folders / "data", folders / "good" / "eval", folders / "noisy" / "eval"]
     out = write_report(inputs, tmp_path / "report.html")
+    frames = Page(out.read_text(encoding="utf-8")).frames
     with opened(out) as page:
         head, cells = page.locator("main table th").nth(3), page.locator("main table").first.locator("td:nth-child(4)")
         values = lambda: [float(item) for item in cells.evaluate_all("all => all.map(cell => cell.dataset.value)")]  # noqa: E731
@@ -132,6 +133,13 @@ def test_a_browser_sorts_filters_saves_and_turns(folders, tmp_path):
         rows = list(csv.DictReader(io.StringIO(table)))
         assert float(rows[0]["ADD <\u00a010\u00a0% d low".replace("\u00a0", " ")]) <= 100.0
         page.locator("#frames figure").first.wait_for()
+        assert page.locator("#frames figure").count() == 4
+        group = page.locator("table[data-groups='0'] tbody a").last
+        far = float(group.inner_text().replace("over ", "").partition("-")[0])
+        group.click()
+        wanted = [frame for frame in frames if any(item["values"][0] >= far for item in frame["objects"])]
+        assert page.locator("#frames figure").count() == len(wanted) > 0
+        page.locator("#filters button").click()
         assert page.locator("#frames figure").count() == 4
         page.locator("select[name=failure]").select_option("missed")
         assert page.locator("#frames figure").count() == 1

@@ -17,7 +17,7 @@ from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.viewing.page.arrays import depth_of, outline, picture_of
 from warehouse_sim.dataset.viewing.page.dataset import dataset_page, served
-from warehouse_sim.dataset.viewing.page.gallery import Answer, Shown, choose, gallery
+from warehouse_sim.dataset.viewing.page.gallery import Answer, Shown, _trail, choose, gallery
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.lens import Distortion
@@ -126,6 +126,20 @@ def test_an_object_has_its_tags_its_corners_and_its_way(reader: DatasetReader) -
             low, _, high = item["tags"]["distance"].removesuffix(" m").partition(" - ")
             assert float(low) <= np.linalg.norm(target.T_camera_object[:3, 3]) <= float(high)
             np.testing.assert_allclose(np.mean(item["corners"], axis=0), target.T_camera_object[:3, 3], atol=2e-3)
+
+
+def test_what_moves_in_a_scene_has_its_way_in_the_frame_of_the_camera(reader: DatasetReader) -> None:
+    images = [item for item in reader.images("all") if item.targets][:1]
+    first, target = images[0], images[0].targets[0]
+    T = target.T_camera_object.copy()
+    T[0, 3] += 0.4
+    later = replace(first, image_id=99, targets=(replace(target, T_camera_object=T), *first.targets[1:]))
+    frame, *_ = gallery([Shown(reader, [first])])["frames"]
+    assert frame["objects"][0]["way"] == []
+    by_scene = [first, later]
+    ways = [_trail(first, item, by_scene) for item in first.targets]
+    np.testing.assert_allclose(np.diff(ways[0], axis=0), [[0.4, 0.0, 0.0]], atol=2e-3)
+    assert ways[1:] == [[]] * (len(ways) - 1), "what stands has none"
 
 
 def test_the_command_writes_a_page_that_a_browser_opens(reader: DatasetReader, tmp_path: Path) -> None:

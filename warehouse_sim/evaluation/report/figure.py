@@ -25,7 +25,7 @@ def words(text: str) -> str:
 
 def line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, name: str, color: str, **more: Any) -> Trace:
     """Return a line through points; ``dash`` and ``width`` are those of Plotly."""
-    look = {"color": color, **{key: more.pop(key) for key in ("dash", "width") if key in more}}
+    look = {"color": color} | {key: more.pop(key) for key in ("dash", "width") if key in more}
     return {
         "type": "scatter",
         "mode": "lines",
@@ -39,7 +39,7 @@ def line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, name:
 
 def dots(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, name: str, color: str, **more: Any) -> Trace:
     """Return points; ``symbol`` and ``size`` are those of Plotly."""
-    look = {"color": color, **{key: more.pop(key) for key in ("symbol", "size", "opacity") if key in more}}
+    look = {"color": color} | {key: more.pop(key) for key in ("symbol", "size", "opacity") if key in more}
     return {
         "type": "scatter",
         "mode": "markers",

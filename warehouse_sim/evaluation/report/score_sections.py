@@ -36,6 +36,8 @@ _TABLE_TITLES = {
     "illuminance": "By light on the object",
     "stacking": "Pallets alone and in stacks",
 }
+_GALLERY_GROUPS = {"class": "class", "distance": "0", "visible_fraction": "1", "illuminance": "2"}
+"""How the gallery finds the objects of a group: by class, or by the place of a number among an object's values."""
 _NOT_ALONE = ("class", "object")
 """Splits that say nothing when all ground truths are in one group."""
 
@@ -62,7 +64,11 @@ def evaluation_section(source: EvaluationSource, label: str, case_count: int) ->
         "bounds": [_bound_row(item) for item in scores.trust.bound],
         "columns": [(title, help_of(name)) for name, title in _TABLE_FRACTIONS.items()],
         "tables": [
-            {"title": _TABLE_TITLES[name], "rows": [_group_row(item) for item in group if item.gt_count]}
+            {
+                "title": _TABLE_TITLES[name],
+                "groups": _GALLERY_GROUPS.get(name, ""),
+                "rows": [_group_row(item) for item in group if item.gt_count],
+            }
             for name, group in groups.items()
         ],
         "total": _group_row(scores.overall),

@@ -59,7 +59,7 @@ def depth_of(reader: DatasetReader, image: ImageRecord, budget: int) -> dict[str
         return None
     depth, camera = reader.depth(image), _small(image.camera, 200 if budget >= _ROOMY else 120)
     seen = np.round(image.camera.project(camera.rays())).astype(int)
-    inside = ((seen >= 0) & (seen < [image.camera.width, image.camera.height])).all(axis=-1)
+    inside = np.all((seen >= 0) & (seen < [image.camera.width, image.camera.height]), axis=-1)
     u, v = np.where(inside[..., None], seen, 0).transpose(2, 0, 1)
     small = np.where(inside, depth[v, u], 0.0)
     ratio = np.log(np.clip(small, _NEAREST, _FARTHEST) / _NEAREST) / np.log(_FARTHEST / _NEAREST)

@@ -38,7 +38,20 @@ const sight = new IntersectionObserver((seen) => {
   }
 }, { rootMargin: "300px" });
 library.then(() => charts.forEach((place) => sight.observe(place)));
-addEventListener("beforeprint", () => charts.forEach(plot));
-document.addEventListener("theme", () => {
-  for (const place of charts) if (place.given) Plotly.relayout(place, layoutOf(place.given));
+const again = (size) => charts.forEach((place) => place.given && Plotly.relayout(place, { ...layoutOf(place.given), ...size }));
+document.addEventListener("theme", () => again({}));
+
+// Paper is light, and shows all charts, two side by side.
+const PAPER = 470;
+let shown;
+addEventListener("beforeprint", () => {
+  shown = root.dataset.theme;
+  root.dataset.theme = "light";
+  charts.forEach(plot);
+  again({ width: PAPER });
+});
+addEventListener("afterprint", () => {
+  if (shown) root.dataset.theme = shown;
+  else delete root.dataset.theme;
+  again({ width: null, autosize: true });
 });

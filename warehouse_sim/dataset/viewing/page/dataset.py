@@ -29,7 +29,7 @@ def dataset_page(reader: DatasetReader, images: Sequence[ImageRecord], frames: i
     manifest = reader.manifest
     html = filled(
         __package__,
-        "dataset.html.j2",
+        "page.html.j2",
         title=reader.root.resolve().name,
         description="" if manifest is None else manifest.contents.description,
         items={"Scenes": scenes, "Images": len(images), "Labels": labels}

@@ -21,8 +21,10 @@ function tagsOf(object, filter) {
   return names.filter((name) => name in object.answers).map((name) => object.answers[name].failure);
 }
 
-const matches = (object) => FILTERS.every((name) => !state[name] || tagsOf(object, name).includes(state[name]));
-const isFiltered = () => FILTERS.some((name) => state[name]);
+const isIn = ({ values }, { index, low, high }) => values[index] !== null && values[index] >= low && values[index] < high;
+const matches = (object) => FILTERS.every((name) => !state[name] || tagsOf(object, name).includes(state[name]))
+  && (!state.range || isIn(object, state.range));
+const isFiltered = () => state.range || FILTERS.some((name) => state[name]);
 const isShown = (frame) => (!state.data || frame.data === state.data) && (!isFiltered() || frame.objects.some(matches));
 
 function picture(frame, methods) {
@@ -53,7 +55,8 @@ function show() {
   if (state.sort) order.sort((a, b) => b.badness - a.badness);
   document.getElementById("frames").replaceChildren();
   add();
-  document.getElementById("count").textContent = `${order.length} of ${gallery.frames.length} frames`;
+  const range = state.range ? ` with an object of ${state.range.label}` : "";
+  document.getElementById("count").textContent = `${order.length} of ${gallery.frames.length} frames${range}`;
 }
 
 // Cards are made when they come into sight, some at a time.
@@ -92,6 +95,25 @@ function choices() {
       type: "checkbox", name: "sort", onchange: (event) => { state.sort = event.target.checked; show(); },
     }), " worst first"));
   }
+  form.append(element("button", { type: "button", textContent: "show all", onclick: () => { clear(); show(); } }));
+}
+
+function clear() {
+  const form = document.getElementById("filters");
+  form.reset();
+  for (const name of Object.keys(state)) delete state[name];
+  return form;
+}
+
+// Show the objects of a group of a table: of a class, or with a value between two numbers.
+function only(kind, label) {
+  const form = clear();
+  if (kind === "class") form.elements.class.value = state.class = label;
+  else {
+    const [low, high = Infinity] = label.match(/[\d.]+/g).map(Number);
+    state.range = { index: Number(kind), low, high, label };
+  }
+  show();
 }
 
 function enlarge(at) {
@@ -235,6 +257,10 @@ async function start() {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[key];
     if (step) enlarge(open + step);
   };
+  for (const cell of document.querySelectorAll("table[data-groups] tbody td:first-child")) {
+    const [kind, label] = [cell.closest("table").dataset.groups, cell.textContent];
+    cell.replaceChildren(element("a", { href: "#gallery", textContent: label, onclick: () => only(kind, label) }));
+  }
   document.querySelectorAll("[data-frame]").forEach((item) => {
     item.onclick = () => {
       const at = order.findIndex((frame) => `${frame.data}, ${frame.name}` === item.dataset.frame);
