@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MODULES = {
     "usd-core": "pxr",
     "pillow": "PIL",
+    "grpcio": "grpc",
     "pyrender2": "pyrender",
     "mcap-protobuf-support": "mcap_protobuf",
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",

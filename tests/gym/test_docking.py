@@ -1,5 +1,7 @@
 """The task for learning: an environment as gymnasium has them, decided by its seed, and no easier than docking is."""
 
+import subprocess
+import sys
 import time
 import warnings
 from typing import Any
@@ -148,3 +150,12 @@ def test_scores_are_fractions_with_intervals() -> None:
 def test_what_there_is_not_is_named() -> None:
     with pytest.raises(InputError, match="'sounds'"):
         made(observes="sounds")
+
+
+def test_without_gymnasium_the_package_is_there_and_the_task_says_what_to_install() -> None:
+    lacks = "import sys; sys.modules['gymnasium'] = None; import warehouse_sim as ws; ws.Dataset; print('there')"
+    code = f"{lacks}; import warehouse_sim.gym"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stdout.strip() == "there"
+    assert done.stderr.strip().endswith("pip install 'warehouse-sim[gym]'")

@@ -97,7 +97,7 @@ class Docking(gymnasium.Env[Observation, Action]):
         info = {"outcome": outcome} if outcome else {}
         return self._eyes.observation(self._truck), float(reward), bool(outcome), False, info
 
-    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # type: ignore[override]
+    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:
         """Return what the truck's camera sees now."""
         return self._camera.now(self._truck) if self.render_mode == "rgb_array" else None
 

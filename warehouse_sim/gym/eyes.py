@@ -26,7 +26,9 @@ _FAR, _LONG = 100.0, 1000.0
 class Eyes(Protocol):
     """Makes observations."""
 
-    space: spaces.Space[Any]
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """Of the observations."""
 
     def observation(self, truck: Truck) -> Observation:
         """Return what is seen now."""
@@ -42,7 +44,7 @@ class Poses:
 
     def __init__(self) -> None:
         high = np.array([_FAR, _FAR, 1.0, 1.0, _FAR, 10.0, np.pi, _LONG], dtype=np.float32)
-        self.space = spaces.Box(-high, high, dtype=np.float32)
+        self.space: spaces.Space[Any] = spaces.Box(-high, high, dtype=np.float32)
 
     def observation(self, truck: Truck) -> Observation:
         """Return the numbers."""
@@ -68,7 +70,7 @@ class Camera:
     def __init__(self, recipe: Recipe, camera: PinholeCamera) -> None:
         self._recipe, shape = recipe, (camera.height, camera.width)
         high = np.array([_FAR, _FAR, 1.0, 1.0, 10.0, np.pi, _LONG, _LONG], dtype=np.float32)
-        self.space = spaces.Dict(
+        self.space: spaces.Space[Any] = spaces.Dict(
             {
                 "rgb": spaces.Box(0, 255, (*shape, 3), np.uint8),
                 "depth": spaces.Box(0.0, np.float32(1e4), shape, np.float32),
