@@ -29,11 +29,11 @@ def test_reading_counts_and_may_leave_nothing(toy_root: Path, tmp_path: Path, mo
     load_crops = preparation.load_crops
 
     def slowly(*arguments: object):
-        time.sleep(1.5)
+        time.sleep(1.1)
         return load_crops(*arguments)
 
     monkeypatch.setattr(preparation, "load_crops", slowly)
-    run, config = tmp_path / "run", replace(SHORT, max_minutes=3 / 60)
+    run, config = tmp_path / "run", replace(SHORT, max_minutes=2 / 60)
     with pytest.raises(TrainingError, match=r"reading and .* took \d+ s, which leaves nothing of max_minutes"):
         train(NAME, toy_root, run, config)
     monkeypatch.undo()
@@ -44,9 +44,9 @@ def test_reading_counts_and_may_leave_nothing(toy_root: Path, tmp_path: Path, mo
 def test_a_run_whose_time_is_up_validates_once_more_only(toy_root: Path, tmp_path: Path, caplog) -> None:
     def pause(fraction: float, note: str) -> None:
         if note.startswith("step"):
-            time.sleep(5.0)
+            time.sleep(3.0)
 
-    config = replace(SHORT, max_minutes=5 / 60, validations=8)
+    config = replace(SHORT, max_minutes=3 / 60, validations=8)
     run = train(NAME, toy_root, tmp_path / "run", config, progress=pause, cache=Path("none"))
     # The second step is drawn before the first is done.
     assert json.loads((run / "result.json").read_text())["steps"] <= 2
