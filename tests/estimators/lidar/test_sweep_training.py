@@ -34,7 +34,7 @@ from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_po
 
 CONFIG = SweepDetectorConfig(
     max_minutes=None,
-    max_steps=100,
+    max_steps=150,
     batch=4,
     size="pico",
     validations=1,
