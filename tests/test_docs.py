@@ -23,6 +23,10 @@ SMALL = {
 """What stands in for what would take long."""
 
 
+LONGEST = "python.md"
+"""Its lines are those of tests/api/test_first_steps.py, nearly to the letter."""
+
+
 def samples(page: Path) -> list[str]:
     """Return the Python samples of a page in order; a later one may use the names of an earlier one."""
     found = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
@@ -58,7 +62,9 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, id=page.name, marks=[pytest.mark.slow] * (page.name == LONGEST)) for page in PAGES]
+)
 def test_samples_run(page: Path, toy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(toy, tmp_path / "out" / "demo" / "data")
     (tmp_path / "examples").symlink_to(ROOT / "examples")

@@ -12,6 +12,8 @@ import pytest
 import warehouse_sim as ws
 
 NAMES = sorted(set(ws.__all__) - {"__version__"})
+LONG = ("Writer", "stream")
+"""Whose examples take longest; test_writer.py and test_stream.py do the same."""
 HEAVY = ("torch", "mujoco", "moderngl", "OpenGL", "embreex", "matplotlib", "transformers", "scipy.stats")
 
 
@@ -49,7 +51,7 @@ def test_type_checkers_import_what_is_imported_at_run_time() -> None:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in NAMES])
 def test_the_example_of_each_runs(name: str, smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "out").symlink_to(smoke)
     monkeypatch.chdir(tmp_path)

@@ -22,13 +22,13 @@ def depth(obs: ws.Observation) -> np.ndarray:
 
 def test_a_loop_and_a_loader_take_what_files_hold_and_leave_no_maker(shared: Shared) -> None:
     before = descendants(os.getpid())
-    files = [depth(obs) for obs in ws.Dataset(shared.dataset(shared.small, scenes=4, seed=0, formats=("bop",)))]
+    files = [depth(obs) for obs in ws.Dataset(shared.dataset(shared.small, scenes=3))]
     endless = ws.stream(shared.small, depth, seed=0, start=1)
     assert isinstance(endless, IterableDataset)
-    taken = list(islice(endless, 3))
+    taken = list(islice(endless, 2))
     assert sorted(image.tobytes() for image in taken) == sorted(image.tobytes() for image in files[1:])
     batches: Any = iter(DataLoader(endless, batch_size=2))
-    np.testing.assert_array_equal(next(batches).numpy(), np.stack(taken[:2]))  # each loop begins with the same one
+    np.testing.assert_array_equal(next(batches).numpy(), np.stack(taken))  # each loop begins with the same one
     del batches
     assert len(descendants(os.getpid()) - before) <= 1  # multiprocessing's own tracker of resources
 

@@ -351,6 +351,7 @@ def test_shards_of_other_outputs_are_not(shared: Shared, tmp_path: Path) -> None
         merge(parts, tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_shards_are_put_together(root: Path, shared: Shared, tmp_path: Path) -> None:
     recipe = wanting(shared, "default", "clean", *EXACT)
     parts = [tmp_path / f"part{i}" for i in range(2)]

@@ -34,7 +34,7 @@ def recipe(**traffic: object) -> Recipe:
 
 @pytest.mark.gl
 def test_own_objects_are_labelled_in_a_dataset_that_holds_its_checks(tmp_path: Path) -> None:
-    generate(recipe(), tmp_path / "data", GenerateConfig(scenes=2))
+    generate(recipe(), tmp_path / "data", GenerateConfig(scenes=1))
     assert [check for check in validate(tmp_path / "data") if not check.ok] == []
     reader = DatasetReader(tmp_path / "data")
     assert reader.objects[1001].class_name == "trolley"

@@ -49,7 +49,8 @@ def test_masses_boxes_and_contacts_are_those_of_physics(scene, path: Path) -> No
             np.testing.assert_allclose(getattr(file.geom(number), field), getattr(wanted, field), atol=1e-10)
 
 
-@pytest.mark.parametrize("name", ["smoke", pytest.param("block_storage", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["smoke", "block_storage"])
 def test_a_settled_scene_stays_for_five_seconds(tmp_path: Path, name: str) -> None:
     path = write_mjcf(prepare_scene(load_recipe(name), 0, 0).scene, tmp_path / "scene.xml")
     model = mujoco.MjModel.from_xml_path(str(path))

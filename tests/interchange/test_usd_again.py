@@ -88,6 +88,7 @@ def test_meshes_are_shared_again(pair) -> None:
     assert len(meshes[1]) <= len(meshes[0])
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_a_picture_of_it_differs_by_rounding_only(pair) -> None:
     from warehouse_sim.render import open_renderer

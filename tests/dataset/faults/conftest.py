@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.shared import Shared
 from warehouse_sim.cli.main import main
 
 RECIPE = """\
@@ -19,10 +20,13 @@ split: {train: 0.5, val: 0.0, test: 0.5}
 
 
 @pytest.fixture(scope="session")
-def healthy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def healthy(shared: Shared) -> Path:
     """A dataset of two scenes with four views, to read only."""
-    folder = tmp_path_factory.mktemp("planted")
-    (folder / "planted.yaml").write_text(RECIPE)
-    recipe, out = str(folder / "planted.yaml"), str(folder / "data")
-    assert main(["generate", recipe, "--seed", "17", "--out", out, "--workers", "1"]) == 0
-    return folder / "data"
+
+    def make(folder: Path) -> None:
+        folder.mkdir()
+        (folder / "planted.yaml").write_text(RECIPE)
+        recipe, out = str(folder / "planted.yaml"), str(folder / "data")
+        assert main(["generate", recipe, "--seed", "17", "--out", out, "--workers", "1"]) == 0
+
+    return shared.made("planted", make) / "data"
