@@ -64,11 +64,11 @@ def best_pose(scene: np.ndarray, info: dict[str, Any]) -> tuple[float, np.ndarra
     detector, cloud = model_of(info["mesh"])
     scene = thinned(scene, STEP * info["diameter"])
     found = detector.match(scene, REFERENCES, STEP)[:KEPT]
-    if not found:
-        return 0.0, np.eye(4)
-    found = cv2.ppf_match_3d_ICP(50).registerModelToScene(cloud, scene, found)[1]
-    rated = [(fitness(scene, cloud, item.pose, info["diameter"]), item.pose) for item in found]
-    return max(rated, key=lambda pair: pair[0])
+    if found:
+        found = cv2.ppf_match_3d_ICP(50).registerModelToScene(cloud, scene, found)[1]
+    seen = [item.pose for item in found if item.pose[2, 3] > 0.0]  # the rest lies behind the camera
+    rated = [(fitness(scene, cloud, pose, info["diameter"]), pose) for pose in seen]
+    return max(rated, key=lambda pair: pair[0], default=(0.0, np.eye(4)))
 
 
 def fitness(scene: np.ndarray, cloud: np.ndarray, pose: np.ndarray, diameter: float) -> float:
@@ -99,6 +99,8 @@ def main() -> None:
                 continue
             fits = [(*best_pose(scene, info), info["obj_id"]) for info in alike]
             score, pose, obj_id = max(fits, key=lambda fit: fit[0])
+            if score == 0.0:
+                continue
             answer = {"detection": item["detection"], "obj_id": obj_id, "score": score}
             print(json.dumps(answer | {"R": pose[:3, :3].tolist(), "t": pose[:3, 3].tolist()}))
         print("", flush=True)

@@ -79,7 +79,15 @@ def test_public_files_are_images_calibration_cad_and_lists_of_targets(frozen: Pa
     kinds = {
         path.relative_to(frozen).parts[1] for path in frozen.rglob("*") if path.is_file() and path.parent != frozen
     }
-    assert kinds == {"camera.json", "models", "models_eval", "test", "test_targets_bop19.json"}
+    assert kinds == {
+        "camera.json",
+        "classes.json",
+        "names.json",
+        "models",
+        "models_eval",
+        "test",
+        "test_targets_bop19.json",
+    }
     scenes = {path.name for path in frozen.glob("*/test/*/*")}
     assert scenes == {"rgb", "depth", "scene_camera.json"}
     assert not list(frozen.parent.glob("*.unsealed")), "what it was made in is gone"
@@ -101,6 +109,11 @@ def test_no_public_camera_says_where_it_stands(frozen: Path, whole: dict[str, Pa
     for name, root in whole.items():
         private, public = DatasetReader(root).images("test"), DatasetReader(frozen / name).images("test")
         assert len(private) == len(public) > 0
+        known = DatasetReader(root).objects
+        told = DatasetReader(frozen / name).objects
+        assert [(n, it.name, it.class_name) for n, it in told.items()] == [
+            (n, it.name, it.class_name) for n, it in known.items()
+        ]
         for mine, theirs in zip(private, public, strict=True):
             assert not theirs.targets
             np.testing.assert_allclose(theirs.T_world_camera[:2, 3], 0.0, atol=1e-9)

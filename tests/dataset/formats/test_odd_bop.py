@@ -141,6 +141,13 @@ def test_a_file_of_the_user_names_the_classes(tmp_path: Path) -> None:
         _ = DatasetReader(root).objects
 
 
+def test_a_file_of_the_user_names_the_objects(tmp_path: Path) -> None:
+    root = write_folder(tmp_path / "data")
+    assert DatasetReader(root).objects[5].name == "obj_000005"
+    (root / "names.json").write_text('{"5": "epal1"}')
+    assert DatasetReader(root).objects[5].name == "epal1"
+
+
 def test_a_cylinder_has_a_continuous_symmetry_off_the_origin(tmp_path: Path) -> None:
     root = write_folder(tmp_path / "data")
 

@@ -28,6 +28,10 @@ def write_public(root: Path, out: Path) -> None:
     make_folder(out)
     shutil.copyfile(private.camera, public.camera)
     shutil.copyfile(private.targets(2019), public.targets(2019))
+    classes = {str(number): info.class_name for number, info in reader.objects.items()}
+    names = {str(number): info.name for number, info in reader.objects.items()}
+    for file, words in (("classes.json", classes), ("names.json", names)):
+        write_bytes(out / file, (json.dumps(words) + "\n").encode("utf-8"))
     for kind in ("models", "models_eval"):
         make_folder(out / kind)
         for path in (private.root / kind).iterdir():

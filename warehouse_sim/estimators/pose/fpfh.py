@@ -77,6 +77,7 @@ class FpfhFgr(PoseEstimator):
             if len(points) < LEAST_POINTS:
                 continue
             fits = [(info, *self._registered(points, info)) for info in may_be(item, self._infos)]
+            fits = [fit for fit in fits if fit[1][2, 3] > 0.0]  # the rest lies behind the camera
             if fits:
                 info, T_camera_object, fitness = max(fits, key=lambda fit: fit[2])
                 found.append(described(image, position, info.obj_id, [info], fitness, T_camera_object))

@@ -1,6 +1,7 @@
 """The objects of a third-party BOP folder: models_info.json and meshes in millimetres."""
 
 import re
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -20,7 +21,7 @@ from warehouse_sim.geometry.symmetry import SymmetryGroup
 _EVEN = "models_eval"
 _SURFACES = ("models", "models_cad", "models_fine", "models_reconst")
 """Folders of the surface, the better ones first: T-LESS has two, YCB-V a fine one beside the plain one."""
-_CLASSES = "classes.json"
+_CLASSES, _NAMES = "classes.json", "names.json"
 _NAME = re.compile(r"obj_(\d{6})\.(ply|stl|obj)", re.IGNORECASE)
 _TURNS = 315
 """Steps of a continuous symmetry, those of bop_toolkit: points move by a hundredth of the radius at most."""
@@ -51,19 +52,22 @@ def read_models(root: Path) -> dict[int, ObjectInfo]:
     numbers = sorted({number for found in files.values() for number in found if number > 0})
     if not numbers:
         raise DatasetError(f"{root / 'models'}: holds no obj_000001.ply or the like; poses need their meshes")
-    classes = _class_names(root / _CLASSES)
+    classes, names = _words(root / _CLASSES, "class"), _words(root / _NAMES, "name")
     return {
-        number: _object(root, number, table.get(number, {}), files, classes.get(number, CLASS_NAME))
+        number: replace(
+            _object(root, number, table.get(number, {}), files, classes.get(number, CLASS_NAME)),
+            name=names.get(number, f"obj_{number:06d}"),
+        )
         for number in numbers
     }
 
 
-def _class_names(path: Path) -> dict[int, str]:
-    """Return the user's names of classes by object, such as ``{"1": "ape", "2": "vise"}``; none without the file."""
+def _words(path: Path, key: str) -> dict[int, str]:
+    """Return the user's names by object, such as ``{"1": "ape", "2": "vise"}``; none without the file."""
     if not path.is_file():
         return {}
     table = read_table(path)
-    return {number: take_name({"class": name}, "class", f"{path}: {number}") for number, name in table.items()}
+    return {number: take_name({key: name}, key, f"{path}: {number}") for number, name in table.items()}
 
 
 def _files(folder: Path) -> dict[int, Path]:
