@@ -185,3 +185,12 @@ def test_rays_meet_the_paint_of_the_object_and_share_its_triangles() -> None:
     assert names == ["kraft", "concrete", "steel", None]
     np.testing.assert_allclose(hits.remission, [0.3, 0.35, 0.6, 0.0], rtol=1e-6)
     assert hits.pieces[0] == hits.pieces[1]
+
+
+def test_light_arrives_where_rays_to_its_place_meet_nothing_before() -> None:
+    rng, end = np.random.default_rng(0), np.array([4.0, 0.0, 1.0])  # on the box itself, as lamps are
+    caster = RayCaster(make_scene([box_model("box", (2, 2, 2))], [("box", at(4, 0, 0)), ("box", at(-3, 1, 0))]))
+    starts = rng.uniform(-8.0, 8.0, (5000, 3))
+    arrives = caster.arrives(starts, end)
+    assert np.array_equal(arrives, caster.cast(starts, end - starts).distance >= 1.0)
+    assert 500 < arrives.sum() < 4500

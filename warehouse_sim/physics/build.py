@@ -21,7 +21,7 @@ CONTACT_IMPEDANCE = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Stiff contacts: a stack of ten cartons sinks in by a fraction of a millimetre."""
 TIME_STEP = 0.002
 """Seconds of one step."""
-_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
+_UPRIGHT, _NO_TURN = np.eye(3), np.array([1.0, 0.0, 0.0, 0.0])
 _ARENA_BYTES = 1 << 28
 """MuJoCo's default arena overflows at a few thousand contacts."""
 
@@ -81,7 +81,7 @@ def _add_solids(body: mujoco.MjsBody, item: ObjectInstance, model: ObjectModel, 
 
 def _add_box(body: mujoco.MjsBody, box: OrientedBox, **settings: str | float) -> None:
     rotation = box.T_parent_box[:3, :3]
-    upright = np.array_equal(rotation, np.eye(3))
+    upright = (rotation == _UPRIGHT).all()
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=box.size / 2,

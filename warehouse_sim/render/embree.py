@@ -121,13 +121,19 @@ class PlacedMeshes:
         self._require_ok("building")
 
     def cast(
-        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], *, coherent: bool = False
+        self,
+        origins: Float[np.ndarray, "n 3"],
+        directions: Float[np.ndarray, "n 3"],
+        *,
+        coherent: bool = False,
+        reach: float = np.inf,
     ) -> PacketHits:
         """Return what rays meet first.
 
         Args:
             origins: Starting points (m).
             directions: Of any length.
+            reach: Where rays end, in units of their directions; it is the distance of those that meet nothing.
             coherent: Whether rays that follow one another mostly go the same way: then a packet of them is followed as
                 one, which is faster.
         """
@@ -140,7 +146,7 @@ class PlacedMeshes:
             normal=np.empty((3, count), np.float32).T,
         )
         for rays, packets in self._packets_of(origins, directions):
-            packets[:, _FAR] = np.inf
+            packets[:, _FAR] = reach
             words = packets.view(np.uint32)
             words[:, _TRIANGLE] = words[:, _PLACE] = _NOTHING
             words[:, _PIECE] = 0

@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float32, Int, Int32
+from jaxtyping import Bool, Float, Float32, Int, Int32
 
 from warehouse_sim.render.embree import PacketHits, PlacedMeshes
 from warehouse_sim.schema import SceneSpec
+
+_PAST_END = 1.001
+"""Where rays to an end are cut off, so that rounding at the end itself decides as without a cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +84,10 @@ class RayCaster:
             coherent: Whether rays that follow one another mostly go the same way, which makes them faster.
         """
         return self._described(self._meshes.cast(origins, directions, coherent=coherent))
+
+    def arrives(self, origins: Float[np.ndarray, "n 3"], end: Float[np.ndarray, " 3"]) -> Bool[np.ndarray, " n"]:
+        """Return whether nothing lies between each of ``origins`` and their one ``end`` (m, world)."""
+        return self._meshes.cast(origins, end - origins, reach=_PAST_END).distance >= 1.0
 
     def cast_before(
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], reach: Float32[np.ndarray, " n"]

@@ -83,8 +83,7 @@ class LightMeter:
             lit = np.flatnonzero(values)
             if light.casts_shadow and len(lit):
                 starts = points[lit] + _LIFT * normals[lit]
-                hits = self.caster.cast(starts, np.asarray(light.position, float) - starts)
-                lit = lit[hits.distance >= 1.0]
+                lit = lit[self.caster.arrives(starts, np.asarray(light.position, float))]
             total[lit] += values[lit]
         return total
 

@@ -18,6 +18,7 @@ from warehouse_sim.geometry.pose import Transform, make_transform, rotation_z
 from warehouse_sim.geometry.separation import BoxStack
 from warehouse_sim.scene.building.services import Roof, ServicesConfig
 from warehouse_sim.scene.draft import Area, SceneDraft
+from warehouse_sim.scene.solids import Solids
 from warehouse_sim.schema import ObjectInstance, ObjectModel
 
 _OFF_WALL = 0.004
@@ -69,6 +70,7 @@ class FreePlaces:
 
     def __init__(self, draft: SceneDraft, kept: Sequence[OrientedBox] = ()) -> None:
         self._draft, self._kept = draft, BoxStack.of(list(kept))
+        self._solids, self._counted = draft.solids(), len(draft.instances)
 
     def add(self, model: ObjectModel, pose: Transform, clearance: float = 0.1) -> bool:
         """Add ``model`` unless something comes nearer than ``clearance`` (m); return whether it was added."""
@@ -82,7 +84,7 @@ class FreePlaces:
         if not self._kept.clear_of(OrientedBox(pose, model.size), _BESIDE_LOADS):
             return False
         half = np.abs(pose[:3, :3]) @ model.size / 2
-        solids = self._draft.solids()
+        solids = self._solids_so_far()
         near = solids.near(pose[:3, 3] - half, pose[:3, 3] + half, clearance)
         _, high = solids.extents
         near &= high[:, 2] > 0.03
@@ -99,6 +101,14 @@ class FreePlaces:
             if left and self.add(model, wall.pose(float(along), z, float(model.size[1])), 0.25):
                 left -= 1
                 yield float(along)
+
+    def _solids_so_far(self) -> Solids:
+        """Return the boxes of all that stands in the draft; those of what came since the last time are added."""
+        new = self._draft.instances[self._counted :]
+        if new:
+            self._solids = self._solids.joined(Solids.of(new, self._draft.models))
+            self._counted += len(new)
+        return self._solids
 
     def _blocks_door(self, middle: Float[np.ndarray, " 3"], half: Float[np.ndarray, " 3"]) -> bool:
         """Return whether the box stands in or before a door, open or shut."""
