@@ -45,7 +45,7 @@ def main(
             {"name": layout, **statistics(reader.rgb(image) for image in images[:: max(1, len(images) // _IMAGES)])}
         )
     for place in photographs:
-        print(rounded({"name": place.name, **statistics(_read(place))}))
+        print(rounded({"name": place.name, **statistics(photographs_in(place))}))
     for row in rounded(rows):
         print(row)
     if write:
@@ -103,7 +103,8 @@ def spectrum_slope(grey: UInt8[np.ndarray, "h w"] | Float[np.ndarray, "h w"]) ->
     return -float(np.polyfit(np.log(middles), np.log(means), 1)[0])
 
 
-def _read(folder: Path) -> Iterable[UInt8[np.ndarray, "h w 3"]]:
+def photographs_in(folder: Path) -> Iterable[UInt8[np.ndarray, "h w 3"]]:
+    """Yield the photographs below a folder as RGB."""
     paths: Sequence[Path] = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _PHOTOGRAPHS)
     for path in paths:
         image = cv2.imread(str(path), cv2.IMREAD_COLOR)
