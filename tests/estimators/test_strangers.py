@@ -84,8 +84,8 @@ def test_a_segmenter_outlines_what_a_detector_found_and_what_makes_no_sense_is_o
     installed: Path, toy_root: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "poses.csv"
-    predict = ["predict", "centroid", "--data", toy_root, "--out", out]
-    good = [*predict, "--split", "train", "--detections", "above-floor+outline"]
+    predict = ["predict", "centroid", "--data", toy_root, "--out", tmp_path / "none.csv"]
+    good = [*predict[:-1], out, "--split", "train", "--detections", "above-floor+outline"]
     cases = [
         (["train", "centroid", "--data", toy_root, "--out", tmp_path / "run"], "centroid needs no training"),
         ([*predict, "--refine", "icp"], "centroid selects and refines in its own way"),
