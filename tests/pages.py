@@ -16,8 +16,8 @@ import pytest
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 _HOLD_IDLE_WORK = """
 const [real, held] = [window.requestIdleCallback, []];
-window.requestIdleCallback = (work) => held.push(work);
-window.release = () => { window.requestIdleCallback = real; held.forEach((work) => real(work)); };
+window.requestIdleCallback = (...work) => held.push(work);
+window.release = () => { window.requestIdleCallback = real; held.forEach((work) => real(...work)); };
 """
 SECONDS = 2.0
 """What a page may take of a processor until it is open."""

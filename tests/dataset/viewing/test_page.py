@@ -154,6 +154,7 @@ def test_the_command_writes_a_page_that_a_browser_opens(reader: DatasetReader, t
         page.locator("#frames figure").first.wait_for()
         assert page.locator("#frames figure").count() == 6
         page.locator("#frames figure").nth(1).press("Enter")
+        assert page.locator("#frame h3").inner_text() == "data, train 0/1"
         page.wait_for_selector("#space canvas", timeout=60_000)
         names = page.evaluate("document.getElementById('space').data.map(item => item.name)")
         assert {"ground truth", "LiDAR", "cloud"} <= set(names)

@@ -17,7 +17,8 @@ function layoutOf(layout = {}) {
 const PLOT = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
 
 // The library is large: it starts when the page is open and nothing else is to be done.
-const idle = new Promise((done) => addEventListener("load", () => requestIdleCallback(done)));
+const SOON = { timeout: 500 };
+const idle = new Promise((done) => addEventListener("load", () => requestIdleCallback(done, SOON)));
 const library = idle.then(() => unpacked("plotly")).then((text) => {
   document.head.append(element("script", { textContent: text }));
 });
@@ -34,7 +35,7 @@ function plot(place) {
 const charts = document.querySelectorAll(".chart");
 const sight = new IntersectionObserver((seen) => {
   for (const { isIntersecting, target } of seen) {
-    if (isIntersecting) { sight.unobserve(target); requestIdleCallback(() => plot(target)); }
+    if (isIntersecting) { sight.unobserve(target); requestIdleCallback(() => plot(target), SOON); }
   }
 }, { rootMargin: "300px" });
 library.then(() => charts.forEach((place) => sight.observe(place)));

@@ -68,7 +68,11 @@ function add() {
     const open = () => enlarge(start + number);
     const made = element("figure", { tabIndex: 0, onclick: open }, picture(frame, methods),
       element("figcaption", { className: "soft", textContent: `${frame.name}: ${frame.objects.length} objects` }));
-    made.onkeydown = (event) => event.key === "Enter" && open();
+    made.onkeydown = (event) => {
+      if (event.key !== "Enter") return;
+      event.preventDefault(); // else the key presses the first button of the dialog
+      open();
+    };
     place.append(made);
   });
 }
