@@ -62,7 +62,7 @@ def test_the_bill_of_materials_lists_weights_and_packages_with_licences(wheel) -
         item = listed[f"warehouse_sim/_data/{path.relative_to(ROOT)}"]
         assert item["hashes"][0]["content"] == hashlib.sha256(path.read_bytes()).hexdigest()
         assert item["licenses"] == [{"license": {"id": "Apache-2.0"}}]
-    assert {"numpy", "torch", "mujoco", "matplotlib"} <= listed.keys()
+    assert {"numpy", "torch", "mujoco", "plotly"} <= listed.keys()
     for item in listed.values():
         licence = item["licenses"][0]["license"]
         assert not is_copyleft(licence.get("id") or licence["name"]), item["name"]

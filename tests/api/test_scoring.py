@@ -59,9 +59,9 @@ def test_a_part_of_a_dataset_is_scored_alone(data: Dataset, oracle: Any) -> None
 def test_files_and_lists_give_the_same_scores(data: Dataset, smoke: Path, tmp_path: Path) -> None:
     estimates = predict("rectangle-fit", str(smoke), str(tmp_path / "own_test.csv"), seed=1)
     of_file = evaluate(str(tmp_path / "own_test.csv"), str(smoke), out=str(tmp_path / "scores"))
-    of_list = evaluate(estimates, data, method="front-fit")
+    of_list = evaluate(estimates, data, method="rectangle-fit")
     stored = json.loads((tmp_path / "scores" / "scores.json").read_text())
-    assert of_file["method"] == of_list["method"] == stored["method"] == "front-fit"
+    assert of_file["method"] == of_list["method"] == stored["method"] == "rectangle-fit"
     assert of_list.metrics == pytest.approx(of_file.metrics, nan_ok=True, abs=1e-4)
     assert stored["overall"]["metrics"]["add_10pct"] == of_file["overall"]["metrics"]["add_10pct"]
 

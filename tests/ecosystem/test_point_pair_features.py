@@ -10,7 +10,7 @@ from tests.estimators.pose.potato import T_CAMERA_POTATO, potato, potato_image
 from warehouse_sim.estimators.own.program import ProgramEstimator
 from warehouse_sim.geometry.pose import transform_points
 
-SCRIPT = Path(__file__).parents[2] / "examples" / "point_pair_features.py"
+SCRIPT = Path(__file__).parents[2] / "examples" / "point_pair_features" / "program.py"
 
 
 @pytest.mark.ecosystem

@@ -136,7 +136,6 @@ print(image.scene_id, image.image_id, *ring.reading.channels["distance"])
 
 def test_its_estimator_and_detector_are_scored_and_reported(session: Session, made: Path) -> None:
     for detections in ("gt", "low_things"):
-        # What stands before the first underscore of a CSV's name is the method, as BOP has it.
         csv = f"rectangle-{detections.replace('_', '-')}.csv"
         predict = ("predict", "rectangle", "--data", "data", "--out", csv, "--detections", detections)
         session.command(*predict, folder=made)
@@ -145,7 +144,7 @@ def test_its_estimator_and_detector_are_scored_and_reported(session: Session, ma
     scores = {name: json.loads((made / name / "scores.json").read_text()) for name in ("gt", "low_things")}
     page = (made / "report.html").read_text(encoding="utf-8")
     assert [word for word in ("ultrasonic_ring", "distance", "rectangle") if word not in page] == []
-    assert scores["gt"]["method"] == "rectangle-gt"
+    assert scores["gt"]["method"] == "rectangle"
     assert scores["gt"]["counts"]["found"] > scores["low_things"]["counts"]["found"] > 0
     assert scores["gt"]["overall"]["metrics"]["add_10pct"] > 0.5
 

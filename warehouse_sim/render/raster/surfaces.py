@@ -1,6 +1,7 @@
 """How surfaces look: the materials of a scene on the graphics device, with their baked textures and pictures."""
 
 from collections.abc import Collection, Iterable
+from functools import cache
 
 import cv2
 import moderngl
@@ -114,8 +115,9 @@ class TextureLibrary(ImageLayers):
         return self._numbers(wanted)
 
 
+@cache
 def _texture_texels(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
-    """Return a texture set as the device holds it."""
+    """Return a texture set as the device holds it; the libraries of a process share it."""
     images = read_texture_set(name)
     texels = np.full((TEXTURE_EDGE_PX, TEXTURE_EDGE_PX, 4), NO_CHANGE, np.uint8)
     texels[..., 0] = _resized(images.albedo)
@@ -126,6 +128,7 @@ def _texture_texels(name: str) -> UInt8[np.ndarray, "1024 1024 4"]:
         texels[..., 2] = np.clip(256 - normal[..., 1].astype(int), 0, 255)
     if images.roughness is not None:
         texels[..., 3] = _resized(images.roughness)
+    texels.flags.writeable = False
     return texels
 
 

@@ -3,8 +3,8 @@
 They have an environment of their own, and no package of it enters that of warehouse-sim:
 
     python -m venv ppf && ppf/bin/pip install opencv-contrib-python-headless trimesh
-    warehouse-sim predict --exec "ppf/bin/python examples/point_pair_features.py" --data DATA --out ppf.csv
-    warehouse-sim bench warehouses --estimators "exec:ppf/bin/python examples/point_pair_features.py" rectangle-fit
+    warehouse-sim predict --exec "ppf/bin/python examples/point_pair_features/program.py" --data DATA --out ppf.csv
+    warehouse-sim bench warehouses --estimators "exec:ppf/bin/python examples/point_pair_features/program.py"
 
 Each detection is matched with the CAD of each object of its class; the pose that most of its points lie near is kept.
 """
