@@ -10,6 +10,7 @@ function layoutOf(layout = {}) {
     paper_bgcolor: "transparent", plot_bgcolor: "transparent",
     font: { color, size: 12, family: getComputedStyle(document.body).fontFamily },
     legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: line, activecolor: color },
     ...layout, xaxis: axis(layout.xaxis), yaxis: axis(layout.yaxis),
   };
 }
