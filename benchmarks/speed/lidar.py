@@ -58,7 +58,7 @@ def lidar(settings: Settings) -> dict[str, Any]:
         "peer_wall_s": peer_median.wall_s,
         "ours_load_cpu_s": built.cpu_s,
         "peer_load_cpu_s": their_build.cpu_s,
-        "peer": f"Open3D {require('open3d', 'peers', 'for the LiDAR row').__version__}",
+        "peer": f"Open3D {require('open3d', 'open3d', 'for the LiDAR row').__version__}",
         "how": "open3d.t.geometry.RaycastingScene.cast_rays of the beams' axes in one call: distances, ids, normals",
     }
 
