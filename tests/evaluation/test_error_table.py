@@ -66,7 +66,7 @@ def test_only_all_is_written_as_all(value, text):
     assert percent(value) == text
 
 
-def test_lengths_and_angles_without_a_value_are_a_dash():
+def test_lengths_and_angles_without_a_value_are_left_empty():
     assert (centimetres(0.01234), centimetres(math.inf), centimetres(None)) == ("1.23", NOTHING, NOTHING)
     assert (degrees(1.005), degrees(math.nan)) == ("1.00", NOTHING)
 
