@@ -17,6 +17,11 @@ _HELP = (
     (r"aborted", "Approaches that the truck ended by itself, since it had no estimate to go on with."),
     (r"pose_5cm_5deg", "Objects with less than 5 cm and less than 5 degrees of error at once."),
     (r"dock_nominal_(\d+)mm", "The tines clear the nominal pockets with {0} mm to spare, at the right depth."),
+    (
+        r"dock_gate_(\d+)mm_(\d+)deg_(\d+)mm",
+        "Pallets whose pose is off by at most {0} mm sideways, {1} degrees in yaw and {2} mm in height.",
+    ),
+    (r"dock_stack_(\d+)mm", "Pallets of stacks that are taken with the stack, the tines clear by {0} mm to spare."),
     (r"dock_(\d+)mm", "The tines, sent by the estimate, clear the true pallet with {0} mm to spare."),
     (r"docked", "The truck, driven by the estimates, ended with its forks in the pockets and touched nothing."),
     (r"ap_(box|mask)_(\d+)", "Average precision of {0} detections at an overlap (IoU) of {1} %."),
