@@ -14,6 +14,7 @@ import numpy as np
 import torch
 import tyro
 from jaxtyping import Float, Int, UInt8
+from sklearn.metrics import roc_auc_score
 from torch import Tensor, nn
 
 from benchmarks.estimators.data import made
@@ -88,7 +89,7 @@ def scores(real: list[list[UInt8[np.ndarray, "h w 3"]]], ours: list[list[UInt8[n
         network = _trained(*seen, seed=fold)
         with torch.no_grad():
             told = torch.cat([network(part)[:, 0] for part in _as_input(unseen[0]).split(256)]).numpy()
-        found.append(area_under_curve(told, unseen[1]))
+        found.append(float(roc_auc_score(unseen[1], told)))
     return found
 
 
@@ -138,13 +139,6 @@ def _trained(patches: Patches, is_ours: Float[np.ndarray, " n"], seed: int) -> n
             loss.backward()
             optimiser.step()
     return network.eval()
-
-
-def area_under_curve(told: Float[np.ndarray, " n"], is_ours: Float[np.ndarray, " n"]) -> float:
-    """Return the probability that one of ours has the higher score than a photograph; ties count half."""
-    ours, real = told[is_ours == 1.0], np.sort(told[is_ours == 0.0])
-    below, upto = (np.searchsorted(real, ours, side) for side in ("left", "right"))
-    return float((below + upto).mean() / (2.0 * len(real)))
 
 
 if __name__ == "__main__":

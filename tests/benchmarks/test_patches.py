@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks import patches
-from benchmarks.patches import area_under_curve, scores
+from benchmarks.patches import scores
 
 
 def places(rng: np.random.Generator, grain: float, count: int = 12) -> list[list[np.ndarray]]:
@@ -22,8 +22,3 @@ def test_grain_tells_images_apart_and_images_of_one_kind_are_not_told_apart(monk
     grainy, clean, again = (places(rng, grain) for grain in (12.0, 0.0, 0.0))
     assert np.mean(scores(clean, grainy)) > 0.95
     assert 0.2 < np.mean(scores(clean, again)) < 0.8
-
-
-def test_the_area_is_the_fraction_of_pairs_in_order() -> None:
-    told, ours = np.array([0.1, 0.4, 0.4, 0.9]), np.array([0.0, 0.0, 1.0, 1.0])
-    assert area_under_curve(told, ours) == pytest.approx((1 + 0.5 + 1 + 1) / 4)
