@@ -48,7 +48,8 @@ def make_set(
         RecipeError: A recipe does not take the suite's settings.
     """
     path, work = folder.with_name(folder.name + ENDING), folder.with_name(folder.name + _WORK)
-    for there in (folder, path):
+    # A run that was stopped may have sealed already; its public half is not out, so it is made and sealed again.
+    for there in (folder, *(() if work.exists() else (path,))):
         if there.exists():
             raise OutputError(f"{there}: is there already; a fresh set has a new name")
     scored = {name: data for name, data in suite.data.items() if not data.trained_on}
