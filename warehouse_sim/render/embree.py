@@ -27,7 +27,6 @@ _INDEX, _VERTEX = 0, 1  # RTCBufferType
 _UINT3, _FLOAT3, _FLOAT3X4_ROW_MAJOR = 0x5003, 0x9003, 0x9134  # RTCFormat
 _COHERENT = 1 << 16  # RTCRayQueryFlags
 _ROBUST = 1 << 2  # RTCSceneFlags: no ray slips through the edge that two triangles share
-_QUERIES = ("Intersect", "Occluded")
 _NATIVE_PACKETS = {16: 34, 8: 33, 4: 32}  # RTCDeviceProperty that tells whether packets of a width run natively
 
 _POINTER, _UINT, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t

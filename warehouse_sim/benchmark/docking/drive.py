@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -17,7 +17,6 @@ from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import Transform, invert, rotation_angle, transform_points
 
 Outcome = Literal["docked", "struck", "pushed", "not lifted", "fell", "rejected"]
-OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 _LOOK_EVERY = 5
 """Steps between two looks at the pallet and two orders to the servos; forces are felt in every step."""
 _SETTLE, _HOLD = 0.2, 0.3
