@@ -19,7 +19,7 @@ from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.matching import described, may_be
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, masked_points
-from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.optional import require
 from warehouse_sim.schema import PoseEstimate
 
@@ -117,7 +117,7 @@ class FpfhFgr(PoseEstimator):
             coarse.transformation,
             pipeline.TransformationEstimationPointToPlane(),
         )
-        return np.linalg.inv(fine.transformation), float(np.clip(fine.fitness, 0.0, 1.0))
+        return invert(fine.transformation), float(np.clip(fine.fitness, 0.0, 1.0))
 
     def _described(self, cloud: Any, voxel: float) -> _Cloud:
         thin = cloud.voxel_down_sample(voxel)
