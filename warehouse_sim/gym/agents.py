@@ -19,7 +19,7 @@ from warehouse_sim.evaluation.docking.fork import HEEL_GAP, docking_faces
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.gym.command import Action, Command
-from warehouse_sim.gym.eyes import Observation
+from warehouse_sim.gym.observations import Observation
 from warehouse_sim.gym.truck import STAND
 from warehouse_sim.scene.viewpoints.mountings import FORKLIFT, pose_on_floor
 

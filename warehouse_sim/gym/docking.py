@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.docking.closed_loop.report import DOCKED
 from warehouse_sim.errors import InputError
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.gym.command import Action, Command
-from warehouse_sim.gym.eyes import Camera, Eyes, Observation, Poses
+from warehouse_sim.gym.observations import CameraObserver, Observation, Observer, PoseObserver
 from warehouse_sim.gym.scenes import Scenes
 from warehouse_sim.gym.truck import STAND, Truck
 
@@ -64,9 +64,9 @@ class Docking(gymnasium.Env[Observation, Action]):
         self.render_mode = render_mode
         self.recipe = load_recipe(recipe)
         self._scenes = Scenes(self.recipe, scene_seed, first_scene, scenes)
-        self._camera = Camera(self.recipe, self._scenes.camera)
-        self._eyes: Eyes = self._camera if observes == "images" else Poses()
-        self.observation_space = self._eyes.space
+        self._camera = CameraObserver(self.recipe, self._scenes.camera)
+        self._observer: Observer = self._camera if observes == "images" else PoseObserver()
+        self.observation_space = self._observer.space
         self.action_space = spaces.Box(-1.0, 1.0, (5,), np.float32)
 
     def reset(
@@ -87,7 +87,7 @@ class Docking(gymnasium.Env[Observation, Action]):
         sampled, start = self._scenes.start(self.np_random)
         self._truck = Truck(start, self.np_random)
         self._camera.begin(sampled, start, int(self.np_random.integers(2**31)))
-        return self._eyes.observation(self._truck), self._truck.known(self._scenes.camera)
+        return self._observer.observation(self._truck), self._truck.known(self._scenes.camera)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for 0.1 s, or go in, which ends the episode."""
@@ -95,7 +95,7 @@ class Docking(gymnasium.Env[Observation, Action]):
         outcome = self._truck.obey(Command.of(action))
         reward = _NEARER * (before - self._away()) + (outcome == DOCKED) - (outcome in _CONTACT)
         info = {"outcome": outcome} if outcome else {}
-        return self._eyes.observation(self._truck), float(reward), bool(outcome), False, info
+        return self._observer.observation(self._truck), float(reward), bool(outcome), False, info
 
     def render(self) -> UInt8[np.ndarray, "h w 3"] | None:
         """Return what the truck's camera sees now."""

@@ -23,7 +23,7 @@ _FAR, _LONG = 100.0, 1000.0
 """Bounds of places (m) and of time (s)."""
 
 
-class Eyes(Protocol):
+class Observer(Protocol):
     """Makes observations."""
 
     @property
@@ -34,7 +34,7 @@ class Eyes(Protocol):
         """Return what is seen now."""
 
 
-class Poses:
+class PoseObserver:
     """Shows eight numbers: the entry as it is, and how the truck moves.
 
     From the tips to the face along the entry's axis (m), the truck's offset to the left of that axis (m), sine and
@@ -55,7 +55,7 @@ class Poses:
         return np.array(values, dtype=np.float32)
 
 
-class Camera:
+class CameraObserver:
     """Shows a new image each second, and where odometry takes the truck for.
 
     ``rgb``, ``depth`` (m, 0 = no reading) and ``mask`` (1 = the pallet, by ground truth) are those of the last image.
