@@ -28,8 +28,8 @@ def scored(data: Path, estimates) -> BopScores:
 
 
 def test_the_ground_truth_scores_one_and_nothing_scores_nothing(data):
-    assert scored(data, estimates_of(data)) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
-    assert scored(data, []) == BopScores(0.0, 0.0, 0.0, 0.0, 0.0)
+    assert scored(data, estimates_of(data)) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    assert scored(data, []) == BopScores(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_known_shift_passes_the_thresholds_above_it(data):
@@ -42,6 +42,13 @@ def test_a_known_shift_passes_the_thresholds_above_it(data):
     found = scored(data, shifted)
     assert found.ar_mssd == pytest.approx(0.6)
     assert found.ap_mssd == pytest.approx(0.6)
+
+
+def test_a_shift_in_millimetres_passes_the_thresholds_above_it(data):
+    ahead = make_transform(None, np.array([0.0, 0.0, 0.0111]))  # passes 12, 14 ... 20 mm, five of ten
+    shifted = [replace(item, T_camera_object=ahead @ item.T_camera_object) for item in estimates_of(data)]
+    assert scored(data, shifted).ap_mssd_mm == pytest.approx(0.5)
+    assert scored(data, shifted).ap_mssd == 1.0
 
 
 def test_wrong_ones_below_cost_nothing_and_wrong_ones_above_cost_half(data):
@@ -115,7 +122,7 @@ def test_shuffled_poses_score_at_chance(data, tmp_path):
         moved.append(replace(item, T_camera_object=T))
     found = by_surface(data, moved)
     assert found.ar_mspd < 0.2
-    for name in ("ar_mssd", "ar_vsd", "ap_mssd"):
+    for name in ("ar_mssd", "ar_vsd", "ap_mssd", "ap_mssd_mm"):
         assert getattr(found, name) < 0.02, name
     path = tmp_path / "shuffled_made-test.csv"
     pose_csv.write(path, moved)
@@ -132,7 +139,7 @@ def test_evaluate_adds_them_and_vsd_on_request(data, tmp_path):
     assert "bop" not in plain.to_plain()
     assert vsd.bop is not None
     assert vsd.bop.ar_vsd is not None
-    assert bop.bop == replace(vsd.bop, ar_vsd=None, ar=None) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0)
+    assert bop.bop == replace(vsd.bop, ar_vsd=None, ar=None) == BopScores(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     assert any(line.startswith("BOP:     AR 100.0 % by MSSD, 100.0 % by MSPD; AP 100.0 %") for line in bop.summary())
     assert "AR 100.0 % by VSD" in "\n".join(vsd.summary())
     for name, scores in (("bop", bop), ("vsd", vsd)):

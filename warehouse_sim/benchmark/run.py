@@ -20,7 +20,7 @@ from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import require_metrics, score_rows, worst_rows
 from warehouse_sim.benchmark.rows.simulated import driven_rows, simulated_rows
-from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, scored
+from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, machine_of, scored
 from warehouse_sim.benchmark.sealed.score import open_set
 from warehouse_sim.benchmark.sets import MadeSet, made
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, quickened
@@ -308,7 +308,8 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, repo
         scores, reused = scored(member, condition, opened, run.config.out, overwrite, report)
         run.reused += reused and not is_new
         found.append(scores)
-    return Answer(group, name, opened, tuple(found))
+    machine = machine_of(group.members[0], condition, opened, run.config.out)
+    return Answer(group, name, opened, tuple(found), machine)
 
 
 def _rows(run: _Run) -> Iterator[Row]:

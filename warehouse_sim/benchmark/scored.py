@@ -1,14 +1,16 @@
 """Predictions and scores of each entrant under each condition, kept, and regenerated only where inputs differ."""
 
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.entrants.entrant import Entrant, Group
+from warehouse_sim.benchmark.entrants.entrant import Entrant, Group, ResultFile
 from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
 from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
+from warehouse_sim.benchmark.result import processor
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.dataset.reader import DatasetReader
@@ -16,12 +18,14 @@ from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation import Scores, evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.scores import SCORES_FORMAT, SETTINGS
-from warehouse_sim.output import make_folder
+from warehouse_sim.output import make_folder, write_bytes
 
 SPLITS = ("test", "val", "train")
 """Of third-party folders the first that has poses is scored; of a suite's own data all is test."""
 Fraction = Callable[[float, str], None]
 _CSV = "predictions.csv"
+_MACHINE = "machine.txt"
+"""Beside predictions that were made here: the machine that times were measured on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,8 @@ class Answer:
     condition: str
     opened: Opened
     scores: tuple[Scores, ...]
+    machine: str = ""
+    """That predicted; empty where nobody stated it."""
 
     def subjects(self, edges: EdgeConfig) -> Subjects:
         """Return the ground truths, the same for all trainings."""
@@ -94,6 +100,8 @@ def scored(
         estimates = member.estimates(opened.reader, opened.split, condition, progress)
         make_folder(place)
         predictions.write(csv, estimates)
+        if not isinstance(member, ResultFile):
+            write_bytes(place / _MACHINE, f"{processor()}, {os.cpu_count()} cores".encode())
         keep(place, inputs)
     place, inputs = _of_scores(member.name, csv, opened, out)
     if not overwrite and is_kept(place, inputs):
@@ -102,6 +110,12 @@ def scored(
     write_scores(evaluate(csv, opened.made.root, opened.split, method=member.name), place)
     keep(place, inputs)
     return read_scores(place), False  # the same numbers as when they are read again
+
+
+def machine_of(member: Entrant, condition: ConditionConfig, opened: Opened, out: Path) -> str:
+    """Return processor and cores that kept predictions were made on; empty where that was not stated."""
+    path = _of_predictions(member, condition, opened, out)[0] / _MACHINE
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def is_scored(member: Entrant, condition: ConditionConfig, opened: Opened, out: Path) -> bool:

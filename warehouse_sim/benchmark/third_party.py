@@ -9,6 +9,7 @@ from jaxtyping import Bool
 
 from warehouse_sim.benchmark.entrants.entrant import LADDER
 from warehouse_sim.benchmark.groups import lidar_points, places_of
+from warehouse_sim.benchmark.rows.precision import AP_MM
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, posed_split
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig, Suite
@@ -109,7 +110,8 @@ def on_folder(suite: Suite, data: Path) -> tuple[Suite, Opened, Protocol]:
         if replace(evaluated, data="") not in seen:
             seen.append(replace(evaluated, data=""))
             conditions[label if suite.conditions else name] = evaluated
-    metrics = [metric for metric in suite.metrics if not metric.startswith("dock")]
+    # Precision ranks all estimates; a protocol counts some objects alone.
+    metrics = [metric for metric in suite.metrics if not metric.startswith("dock") and metric != AP_MM]
     if rules.kind == "linemod":
         metrics = [*dict.fromkeys(["add_adds_10pct", "add_adds_5pct", *metrics])]
     by = tuple(dict.fromkeys([*suite.by, "object" if rules.kind == "linemod" else "class"]))

@@ -1,9 +1,10 @@
 """The scores of the BOP challenges: average recall of objects to be located, average precision of objects to be found.
 
-MSSD counts from 5 to 50 % of the diameter, MSPD from 5 to 50 px of an image 640 px wide. Recall (BOP 2019, Hodan et
-al., ECCVW 2020) takes as many estimates as there are instances and pools all objects; precision (BOP 2024, Nguyen et
-al., 2025) takes up to 100 an image, ranks those of one object over all images, and is the mean over objects. VSD, the
-third part of the challenges' AR, is measured on request: it takes longest, and needs depth images.
+MSSD counts from 5 to 50 % of the diameter, and for BOP 2025's industrial datasets from 2 to 20 mm; MSPD from 5 to 50 px
+of an image 640 px wide. Recall (BOP 2019, Hodan et al., ECCVW 2020) takes as many estimates as there are instances and
+pools all objects; precision (BOP 2024, Nguyen et al., 2025) takes up to 100 an image, ranks those of one object over
+all images, and is the mean over objects. VSD, the third part of the challenges' AR, is measured on request: it takes
+longest, and needs depth images.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,8 @@ from warehouse_sim.schema import PoseEstimate
 
 THRESHOLDS = tuple(step / 20 for step in range(1, 11))
 """Of MSSD over the diameter, and of MSPD over 100 px of an image 640 px wide."""
+THRESHOLDS_MM = tuple(range(2, 21, 2))
+"""Of MSSD (mm)."""
 _MOST_IN_IMAGE = 100
 
 
@@ -43,6 +46,8 @@ class BopScores(Record):
     """Mean average precision by MSPD."""
     ap: Number = field(metadata=STATED)
     """The mean of these two: the score of BOP 2024's detection tasks."""
+    ap_mssd_mm: Number = field(metadata=STATED)
+    """Mean average precision by MSSD from 2 to 20 mm: what BOP 2025 gives beside it."""
     ar_vsd: Number | None = field(default=None, metadata=STATED | {"omitted": True})
     """Average recall by VSD, over ten tolerances and ten thresholds; None where it was not requested."""
     ar: Number | None = field(default=None, metadata=STATED | {"omitted": True})
@@ -76,7 +81,9 @@ def bop_scores(
     locate = [_Wanted.of(group, predictions, min_visible) for group in to_locate]
     detect = [_Wanted.of(group, kept, min_visible) for group in to_detect]
     recall = {name: _average_recall(locate, [of]) for name, of in located.items()}
-    precision = {name: _mean_precision(detect, of) for name, of in detected.items()}
+    precision = {name: _mean_precision(detect, of, THRESHOLDS) for name, of in detected.items()}
+    diameters = [models.info(group.targets[0]).diameter for group in to_detect]
+    in_mm = [1000.0 * d * errors for d, errors in zip(diameters, detected["mssd"], strict=True)]
     ar_vsd = ar = None
     if surfaces is not None:
         by_tolerance = [[found[..., tau] for found in surfaces] for tau in range(len(BOP_TAUS))]
@@ -88,9 +95,32 @@ def bop_scores(
         precision["mssd"],
         precision["mspd"],
         (precision["mssd"] + precision["mspd"]) / 2.0,
+        _mean_precision(detect, in_mm, THRESHOLDS_MM),
         ar_vsd,
         ar,
     )
+
+
+def matches_in_mm(
+    predictions: Sequence[PoseEstimate], images: Sequence[ImageRecord], models: ErrorModels, min_visible: float = 0.1
+) -> dict[tuple[int, int], list[tuple[int, Matches]]]:
+    """Return by object and threshold of MSSD (mm) the scene and the matches of each image, as ``ap_mssd_mm`` has them.
+
+    Args:
+        predictions: Estimates of all images.
+        images: Images with their targets.
+        models: Where errors are measured.
+        min_visible: Fraction (0-1) that must be seen of what is to be found.
+    """
+    kept = _best_of_each_image(predictions)
+    groups = group_by_object(kept, images)
+    found: dict[tuple[int, int], list[tuple[int, Matches]]] = {}
+    for group, errors in zip(groups, pairwise_errors(groups, kept, mssd_if_near(models), models), strict=True):
+        wanted = _Wanted.of(group, kept, min_visible)
+        for threshold in THRESHOLDS_MM:
+            mine = found.setdefault((wanted.obj_id, threshold), [])
+            mine.append((group.image.scene_id, _matches(wanted, 1000.0 * errors, threshold)))
+    return {key: parts for key, parts in found.items() if any(item.wanted for _, item in parts)}
 
 
 def match_by_score(
@@ -167,7 +197,9 @@ def _average_recall(groups: Sequence[_Wanted], ways: Sequence[Sequence[Float[np.
     return hits / (wanted * len(THRESHOLDS)) if wanted else float("nan")
 
 
-def _mean_precision(groups: Sequence[_Wanted], errors: Sequence[Float[np.ndarray, "p g"]]) -> float:
+def _mean_precision(
+    groups: Sequence[_Wanted], errors: Sequence[Float[np.ndarray, "p g"]], thresholds: Sequence[float]
+) -> float:
     by_object: dict[int, list[tuple[_Wanted, np.ndarray]]] = {}
     for group, of_group in zip(groups, errors, strict=True):
         by_object.setdefault(group.obj_id, []).append((group, of_group))
@@ -175,7 +207,7 @@ def _mean_precision(groups: Sequence[_Wanted], errors: Sequence[Float[np.ndarray
         average_precision([_matches(group, own, threshold) for group, own in parts])
         for parts in by_object.values()
         if any(group.evaluated.any() for group, _ in parts)
-        for threshold in THRESHOLDS
+        for threshold in thresholds
     ]
     return float(np.mean(precisions)) if precisions else float("nan")
 

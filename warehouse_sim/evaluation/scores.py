@@ -140,7 +140,8 @@ class Scores(ScoresFile):
             fractions = {name: f"{100 * value:.1f} %" for name, value in known.items()}
             lines.append(
                 f"BOP:     AR {fractions['ar_mssd']} by MSSD, {fractions['ar_mspd']} by MSPD; AP {fractions['ap']} "
-                f"({fractions['ap_mssd']} by MSSD, {fractions['ap_mspd']} by MSPD)"
+                f"({fractions['ap_mssd']} by MSSD, {fractions['ap_mspd']} by MSPD), "
+                f"{fractions['ap_mssd_mm']} by MSSD of 2 to 20 mm"
             )
             if "ar_vsd" in fractions:
                 lines.append(f"         AR {fractions['ar_vsd']} by VSD, {fractions['ar']} the mean of the three")

@@ -81,6 +81,8 @@ for row in rows:
 def error_of(row: dict, kind: str, factor: float, tau: int) -> float:
     if kind == "vsd":
         return row["vsd"][tau]
+    if kind == "mssd_mm":
+        return np.inf if row["mssd"] is None else row["mssd"]
     return np.inf if row[kind] is None else row[kind] * factor
 
 
@@ -134,6 +136,7 @@ answer = {"errors": rows, "seconds": seconds}
 for kind, unit in (("mssd", 1.0), ("mspd", 100.0)):
     answer[f"ar_{kind}"] = float(np.mean([scores(kind, unit * step, False)[0] for step in steps]))
     answer[f"ap_{kind}"] = float(np.mean([scores(kind, unit * step, True)[1] for step in steps]))
+answer["ap_mssd_mm"] = float(np.mean([scores("mssd_mm", step, True)[1] for step in range(2, 21, 2)]))
 if maps:
     recalls = [scores("vsd", step, False, tau)[0] for tau in range(len(case["taus"])) for step in steps]
     answer["ar_vsd"] = float(np.mean(recalls))

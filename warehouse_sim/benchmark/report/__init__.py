@@ -8,10 +8,10 @@ from typing import Any
 
 from warehouse_sim.benchmark.report.board import Board, Place, boards, first_boards, standings
 from warehouse_sim.benchmark.report.looks import Look, family_of, looks_of, metric_title
-from warehouse_sim.benchmark.report.markdown import HOW, TITLES, cell_text, size_lines
+from warehouse_sim.benchmark.report.markdown import HOW, TITLES, cell_text, seconds_text, size_lines
 from warehouse_sim.benchmark.report.panels import panels
 from warehouse_sim.benchmark.result import SuiteResult, read_result
-from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.row import SECONDS, Row
 from warehouse_sim.dataset.files.json_file import read_json
 from warehouse_sim.dataset.viewing.page.template import filled
 from warehouse_sim.errors import DatasetError, EvaluationError
@@ -128,11 +128,14 @@ def _markdown(results: Mapping[str, SuiteResult]) -> str:
 
 
 def _board_lines(item: Board) -> list[str]:
-    lines = [f"| rank | estimator | n | {' | '.join(map(metric_title, item.metrics))} | interval over |"]
-    lines.append("|" + "---|" * (len(item.metrics) + 4))
+    heads = [*map(metric_title, item.metrics), *(["time for an image"] if item.is_timed else [])]
+    lines = [f"| rank | estimator | n | {' | '.join(heads)} | interval over |"]
+    lines.append("|" + "---|" * (len(heads) + 4))
     for place in item.places:
         first = place.cells.get(item.metric) or next(iter(place.cells.values()))
         cells = [cell_text(place.cells.get(metric), first) for metric in item.metrics]
+        if item.is_timed:
+            cells.append("-" if place.seconds is None else seconds_text(place.seconds))
         name = f"**{_cell(place.name)}**" if place.leads else _cell(place.name)
         lines.append(f"| {place.rank or place.kind} | {name} | {first.n} | {' | '.join(cells)} | {first.over} |")
     return lines
@@ -199,6 +202,8 @@ def _board(item: Board, looks: dict[str, Look]) -> dict[str, Any]:
         "title": ", ".join(named),
         "how": HOW[item.table],
         "columns": [(metric_title(metric), help_of(metric)) for metric in item.metrics],
+        "is_timed": item.is_timed,
+        "seconds_help": help_of(SECONDS),
         "lines": [_line(item, place, looks[place.name]) for place in item.places],
     }
 
@@ -213,6 +218,8 @@ def _line(item: Board, place: Place, look: Look) -> dict[str, Any]:
         "leads": place.leads,
         "look": look,
         "cells": [None if row is None else shown_cell(row) | {"other": row.n != first.n} for row in cells],
+        "seconds": None if place.seconds is None else f"{place.seconds.value:.3g}",
+        "machine": "" if place.seconds is None else place.seconds.machine,
         "n": first.n,
         "over": first.over,
     }

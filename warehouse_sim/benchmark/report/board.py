@@ -21,6 +21,8 @@ class Place:
     references, and for who has no number in the headline metric."""
     cells: dict[str, Row]
     """By metric."""
+    seconds: Row | None = None
+    """How long it took for an image, where that is known."""
 
     @property
     def leads(self) -> bool:
@@ -49,6 +51,11 @@ class Board:
     """All of its columns, the headline first."""
     places: tuple[Place, ...]
 
+    @property
+    def is_timed(self) -> bool:
+        """Whether the run time of anybody is known."""
+        return any(place.seconds is not None for place in self.places)
+
 
 def boards(result: SuiteResult) -> list[Board]:
     """Return the leaderboards of a result, table by table.
@@ -66,15 +73,21 @@ def boards(result: SuiteResult) -> list[Board]:
             left_out = shorter(result)
             rows = [row for row in rows if row.estimator not in left_out]
         for condition, group in dict.fromkeys((row.condition, row.group) for row in rows):
-            found.append(board([row for row in rows if (row.condition, row.group) == (condition, group)]))
+            mine = [row for row in rows if (row.condition, row.group) == (condition, group)]
+            timed = {row.estimator: row for row in result.rows if (row.table, row.condition) == ("time", condition)}
+            found.append(board(mine, timed if table == "scores" else {}))
     return found
 
 
-def board(rows: Sequence[Row]) -> Board:
+def board(rows: Sequence[Row], seconds: Mapping[str, Row] = {}) -> Board:
     """Return the leaderboard of the rows of one table, condition and group; there is at least one.
 
     Ranks count those who are clear: whose whole interval lies beyond. References are placed by their value but have no
     rank and push nobody down.
+
+    Args:
+        rows: What is ranked.
+        seconds: Run times by estimator, which rank nobody.
     """
     metric = headline(rows)
     cells: dict[str, dict[str, Row]] = {}
@@ -82,7 +95,13 @@ def board(rows: Sequence[Row]) -> Board:
         cells.setdefault(row.estimator, {})[row.metric] = row
     ranked = {name: kept[metric] for name, kept in cells.items() if metric in kept and not kind_of(name)}
     places = [
-        Place(name, kind_of(name), ranks(ranked[name], list(ranked.values())) if name in ranked else None, kept)
+        Place(
+            name,
+            kind_of(name),
+            ranks(ranked[name], list(ranked.values())) if name in ranked else None,
+            kept,
+            seconds.get(name),
+        )
         for name, kept in cells.items()
     ]
     places.sort(key=lambda place: _order(place, metric))

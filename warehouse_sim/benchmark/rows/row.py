@@ -4,13 +4,25 @@ from dataclasses import dataclass
 from typing import Literal
 
 Table = Literal[
-    "scores", "effects", "curves", "spread", "detection", "confusion", "precision", "faces", "simulated", "driven"
+    "scores",
+    "effects",
+    "curves",
+    "spread",
+    "detection",
+    "confusion",
+    "precision",
+    "faces",
+    "simulated",
+    "driven",
+    "time",
 ]
 
 WORST = "worst layout"
 """Condition of the rows that state how good everybody is where it is worst."""
 HEADLINE = "dock_0mm"
 """What decides which layout that is."""
+SECONDS = "seconds_per_image"
+"""The metric of run times."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +38,7 @@ class Row:
     group: str
     """Of which ground truths, "all" or a group's label."""
     metric: str
-    """What was counted; shares are 0-1."""
+    """What was counted; shares are 0-1, times in seconds."""
     value: float
     interval: tuple[float, float]
     """95 %: over scenes, and over trainings where there are several."""
@@ -38,6 +50,8 @@ class Row:
     """Number of trainings; 0 without training. With 1 the interval does not cover other trainings."""
     against: str = ""
     """What a paired effect is against; empty elsewhere."""
+    machine: str = ""
+    """Of a time: processor and cores that it was measured on; empty elsewhere, and where nobody stated it."""
 
     @property
     def over(self) -> str:

@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
+from warehouse_sim.benchmark.rows.precision import AP_MM, precision_row
 from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Row, Table
+from warehouse_sim.benchmark.rows.timing import time_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
 from warehouse_sim.errors import ConfigError
@@ -47,7 +49,7 @@ def require_metrics(suite: Suite, table: ErrorTable) -> None:
     Raises:
         ConfigError: One is not.
     """
-    known = metric_columns(table)
+    known = [*metric_columns(table), AP_MM]
     if strange := [name for name in suite.metrics if name not in known]:
         raise ConfigError(f"{suite.name}: metrics: {strange[0]!r} is none; known: {', '.join(sorted(known))}")
 
@@ -58,8 +60,12 @@ def over_trainings(answer: Answer, metric: str) -> Float[np.ndarray, "t n"]:
 
 
 def score_rows(answer: Answer, suite: Suite) -> Iterator[Row]:
-    """Yield the fractions of every group and metric of a suite; then, where it requests them, curves and spreads."""
-    yield from _fraction_rows(answer, suite, "scores", suite.metrics)
+    """Yield the fractions of every group and metric of a suite, and times; then, on request, curves and spreads."""
+    yield from _fraction_rows(answer, suite, "scores", [metric for metric in suite.metrics if metric != AP_MM])
+    if AP_MM in suite.metrics:
+        yield precision_row(answer)
+    if (timed := time_row(answer)) is not None:
+        yield timed
     if suite.curves:
         yield from _fraction_rows(answer, suite, "curves", [f"add_{percent}pct" for percent in range(1, 11)])
         yield from spread_rows(answer, suite)
@@ -76,15 +82,15 @@ def _fraction_rows(answer: Answer, suite: Suite, table: Table, metrics: Sequence
 
 
 def worst_rows(rows: Sequence[Row], conditions: Sequence[str]) -> Iterator[Row]:
-    """Yield the scores of each estimator under the condition where its headline is lowest, as those of ``WORST``.
+    """Yield scores and time of each estimator under the condition where its headline is lowest, as those of ``WORST``.
 
     Who was not scored under every condition has none. Intervals are those of that condition.
 
     Args:
-        rows: Of table "scores".
+        rows: Of tables "scores" and "time".
         conditions: All of the suite.
     """
-    whole = [row for row in rows if row.table == "scores" and row.group == "all"]
+    whole = [row for row in rows if row.table in ("scores", "time") and row.group == "all"]
     for name in dict.fromkeys(row.estimator for row in whole):
         docked = {row.condition: row.value for row in whole if row.estimator == name and row.metric == HEADLINE}
         if set(docked) == set(conditions):
