@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.result import processor
+from warehouse_sim.benchmark.machine import processor
 from warehouse_sim.dataset.manifest import package_versions
 from warehouse_sim.render import open_renderer
 

@@ -1,7 +1,5 @@
 """The result of a suite as a file: estimators, data, and every number with its interval."""
 
-import os
-import platform
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,7 +7,6 @@ from typing import Any
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
-from warehouse_sim.dataset.manifest import package_versions
 from warehouse_sim.errors import ConfigError, DatasetError, EvaluationError
 from warehouse_sim.output import make_folder
 
@@ -100,16 +97,6 @@ class SuiteResult:
             seen.add(where + row.against)
 
 
-def machine(renderers: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return what numbers depend on besides the code."""
-    return {
-        "processor": processor(),
-        "cores": os.cpu_count(),
-        "renderers": list(renderers),
-        "packages": package_versions(),
-    }
-
-
 def write_result(result: SuiteResult, path: Path) -> Path:
     """Write a result and return its path."""
     make_folder(path.parent)
@@ -127,13 +114,3 @@ def read_result(path: Path) -> SuiteResult:
         return from_mapping(SuiteResult, read_json(path), str(path))
     except (ConfigError, DatasetError) as problem:
         raise EvaluationError(str(problem)) from problem
-
-
-def processor() -> str:
-    """Return the name of this machine's processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.machine()

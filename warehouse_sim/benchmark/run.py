@@ -11,10 +11,11 @@ from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
 from warehouse_sim.benchmark.groups import lidar_points, split_name
+from warehouse_sim.benchmark.machine import machine
 from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
 from warehouse_sim.benchmark.report.markdown import page
-from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, machine, write_result
+from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row

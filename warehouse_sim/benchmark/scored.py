@@ -1,6 +1,5 @@
 """Predictions and scores of each entrant under each condition, kept, and regenerated only where inputs differ."""
 
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import Any
 from warehouse_sim.benchmark.entrants.entrant import Entrant, Group, ResultFile
 from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
 from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
-from warehouse_sim.benchmark.result import processor
+from warehouse_sim.benchmark.machine import machine_text
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.dataset.reader import DatasetReader
@@ -101,7 +100,7 @@ def scored(
         make_folder(place)
         predictions.write(csv, estimates)
         if not isinstance(member, ResultFile):
-            write_bytes(place / _MACHINE, f"{processor()}, {os.cpu_count()} cores".encode())
+            write_bytes(place / _MACHINE, machine_text().encode())
         keep(place, inputs)
     place, inputs = _of_scores(member.name, csv, opened, out)
     if not overwrite and is_kept(place, inputs):

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from warehouse_sim.benchmark.entrants.entrant import Group, ResultFile
-from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult, machine
+from warehouse_sim.benchmark.machine import machine
+from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult
 from warehouse_sim.benchmark.rows.row import Row
 from warehouse_sim.benchmark.rows.scores import score_rows, worst_rows
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened
