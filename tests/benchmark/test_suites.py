@@ -54,6 +54,14 @@ def test_seeds_of_what_is_scored_are_those_of_nothing_that_is_bundled() -> None:
     assert min(seeds) > 60  # the trainings of benchmarks/estimators have 0-9, its tables 41, 57 and some more
 
 
+def test_the_fixed_subset_is_of_the_same_warehouses() -> None:
+    whole, subset = SUITES["warehouses"], SUITES["warehouses-subset"]
+    assert subset.data == whole.data
+    assert quickened(subset).data == quickened(whole).data
+    for name, condition in whole.conditions.items():
+        assert replace(condition, seconds_an_object=20.0) == subset.conditions[name]
+
+
 @pytest.fixture(scope="module")
 def out(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return bench_folder(shared, tmp_path_factory.mktemp("bench"))

@@ -10,7 +10,7 @@ from pathlib import Path
 from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
-from warehouse_sim.benchmark.groups import lidar_points, split_name
+from warehouse_sim.benchmark.groups import fixed_subset, lidar_points, split_name
 from warehouse_sim.benchmark.machine import machine
 from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
@@ -308,6 +308,8 @@ def _answer(run: _Run, name: str, condition: ConditionConfig, group: Group, repo
         overwrite = run.config.overwrite and not is_new
         scores, reused = scored(member, condition, opened, run.config.out, overwrite, report)
         run.reused += reused and not is_new
+        if condition.seconds_an_object is not None:
+            scores = replace(scores, table=scores.table.select(fixed_subset(scores.table)))
         found.append(scores)
     machine = machine_of(group.members[0], condition, opened, run.config.out)
     return Answer(group, name, opened, tuple(found), machine)

@@ -42,6 +42,7 @@ class DataConfig:
 
 
 @dataclass(frozen=True)
+@ranged
 class ConditionConfig:
     """What estimators are evaluated, and how."""
 
@@ -53,6 +54,23 @@ class ConditionConfig:
     """Settings of prediction that replace those of each estimator: detections, depth, gravity, calibration."""
     estimators: tuple[str, ...] = ()
     """Estimators to run; by default all of the suite."""
+    seconds_an_object: Annotated[float, Range(0.001, 86_400, "s")] | None = None
+    """Where given, only the fixed subset is predicted and scored, object by object; what takes longer (s) is missed."""
+
+    def __post_init__(self) -> None:
+        if self.seconds_an_object is not None and self.disturb != "exact":
+            raise ValueError("disturb must be exact where the fixed subset is predicted")
+
+
+@dataclass(frozen=True)
+@ranged
+class LeastConfig:
+    """What each dataset must have before it is sealed."""
+
+    dockable: Annotated[int, Range(0, 1_000_000)] = 0
+    """Pallets that docking is evaluated of, 0-1,000,000."""
+    ground_truths: Annotated[int, Range(0, 1_000_000)] = 0
+    """Ground truths that count, 0-1,000,000."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +189,8 @@ class Suite:
     """Where the bins of groupings begin and end."""
     compare: tuple[CompareConfig, ...] = ()
     """Paired effects."""
+    least: LeastConfig = field(default_factory=LeastConfig)
+    """What each dataset must have before it is sealed."""
     worst_first: bool = False
     """Whether the headline is the condition in which each estimator docks least."""
     curves: bool = False

@@ -16,7 +16,7 @@ from warehouse_sim.benchmark.sealed.make import make_set, seeds_of
 from warehouse_sim.benchmark.sealed.public import levelled
 from warehouse_sim.benchmark.sealed.score import evaluate_sealed
 from warehouse_sim.benchmark.sealed.seal import read_facts, require_sealed, unsealed
-from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, Suite, load_suite
+from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, LeastConfig, Suite, load_suite
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
@@ -39,17 +39,37 @@ def tiny() -> Suite:
         data={name: replace(data, seed=71 + number) for number, name in enumerate(_LAYOUTS)},
         conditions={name: ConditionConfig(name) for name in _LAYOUTS},
         compare=(),
+        least=LeastConfig(dockable=1, ground_truths=2),
     )
 
 
 def make_tiny(folder: Path) -> None:
     """Make a small set of scenes that are known to have pallets that a truck can take.
 
-    It goes on with a run that ended when it had sealed, before the public half was out.
+    It goes on with three runs: one that was killed in the second layout, one that found too few pallets, and one that
+    had sealed before the public half was out. None of them makes the first layout again.
     """
-    begun(folder / "tiny-v1.unsealed", _SEEDS)
+    work = folder / "tiny-v1.unsealed"
+    begun(work, _SEEDS)
+
+    def killed(name: str, done: int, total: int) -> None:
+        if name == _LAYOUTS[1]:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_set(tiny(), folder / "tiny-v1", 1, killed)
+    (first,) = work.glob(f"data/{_LAYOUTS[0]}-*/manifest.json")
+    made_at = first.stat().st_mtime_ns
+    many = replace(tiny(), least=LeastConfig(dockable=1000))
+    with pytest.raises(InputError, match=rf"and 1000 that a truck can take: {_LAYOUTS[0]} has \d+ of \d+; .*raise"):
+        make_set(many, folder / "tiny-v1", 1)
     (folder / "tiny-v1.sealed").write_bytes(b"of the run before")
-    make_set(tiny(), folder / "tiny-v1", 1)
+
+    def made_once(name: str, done: int, total: int) -> None:
+        pytest.fail(f"{name} is made again")
+
+    assert first.stat().st_mtime_ns == made_at
+    make_set(tiny(), folder / "tiny-v1", 1, made_once)
 
 
 def begun(work: Path, seeds: dict[str, int]) -> None:

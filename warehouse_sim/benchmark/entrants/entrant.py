@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from warehouse_sim.benchmark.entrants.subset import subset_answers
 from warehouse_sim.benchmark.entrants.ways import Way, answers, way_of
 from warehouse_sim.benchmark.kept import digest, file_digest
 from warehouse_sim.benchmark.suite import ConditionConfig
@@ -118,6 +119,7 @@ class Evaluated:
         """Return its weights by their hash, its settings, and what is done to what it sees."""
         config = self.config_under(condition)
         names = [*self.way.parts, *config.detections.split("+")]
+        limit = condition.seconds_an_object
         return {
             "kind": "estimator",
             "model": self.way.model if not Path(self.way.model).is_dir() else "run folder",
@@ -125,6 +127,7 @@ class Evaluated:
             "predict": to_mapping(config),
             "disturb": condition.disturb,
             "version": __version__,
+            **({} if limit is None else {"seconds_an_object": limit}),
         }
 
     def config_under(self, condition: ConditionConfig) -> PredictConfig:
@@ -142,9 +145,10 @@ class Evaluated:
         self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
     ) -> list[PoseEstimate]:
         """Return what the estimator says."""
-        return answers(
-            replace(self.way, config=self.config_under(condition)), reader, split, condition.disturb, progress
-        )
+        way = replace(self.way, config=self.config_under(condition))
+        if condition.seconds_an_object is not None:
+            return subset_answers(way, reader, split, condition.seconds_an_object, progress)
+        return answers(way, reader, split, condition.disturb, progress)
 
 
 @dataclass(frozen=True)

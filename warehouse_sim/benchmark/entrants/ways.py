@@ -132,15 +132,9 @@ def answers(
         UnknownNameError: No such estimator or disturbance.
         TrainingError: There are no weights, or they know no object of the split.
     """
-    config, change = way.config, disturbance(disturb)
-    if config.calibration != reader.calibration:
-        reader = DatasetReader(reader.root, config.calibration)
-    estimator, images = way.open(reader.objects), reader.images(split)
-    if isinstance(estimator, OracleIcp):
-        estimator.show(images)
-    require_known(estimator, reader, images)
+    change, (estimator, finder, reader) = disturbance(disturb), opened(way, reader, split)
+    images = reader.images(split)
     may_be = _candidates(estimator, reader) if disturb == UNNAMED else ()
-    finder = Finder(config.detections, config.gravity, config.depth, config.objects)
     found: list[PoseEstimate] = []
     for start in range(0, len(images), IMAGES_AT_ONCE):
         group = images[start : start + IMAGES_AT_ONCE]
@@ -154,6 +148,23 @@ def answers(
         found += [_with_time(item, seconds) for item in _estimated(estimator, seen)]
         progress((start + len(group)) / len(images), f"{len(found)} poses")
     return found
+
+
+def opened(way: Way, reader: DatasetReader, split: str) -> tuple[PoseEstimator, Finder, DatasetReader]:
+    """Return an estimator that knows the objects of a split, what finds detections for it, and whom both read.
+
+    Raises:
+        UnknownNameError: No such estimator.
+        TrainingError: There are no weights, or they know no object of the split.
+    """
+    config = way.config
+    if config.calibration != reader.calibration:
+        reader = DatasetReader(reader.root, config.calibration)
+    estimator, images = way.open(reader.objects), reader.images(split)
+    if isinstance(estimator, OracleIcp):
+        estimator.show(images)
+    require_known(estimator, reader, images)
+    return estimator, Finder(config.detections, config.gravity, config.depth, config.objects), reader
 
 
 def _estimated(estimator: PoseEstimator, images: list[RgbdImage]) -> list[PoseEstimate]:

@@ -3,15 +3,17 @@
 import json
 import secrets
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from warehouse_sim.benchmark.groups import ground_truths
 from warehouse_sim.benchmark.kept import file_digest
-from warehouse_sim.benchmark.sealed.public import write_public
+from warehouse_sim.benchmark.sealed.public import SPLIT, write_public
 from warehouse_sim.benchmark.sealed.seal import ENDING, SetFacts, write_sealed
 from warehouse_sim.benchmark.sets import made
-from warehouse_sim.benchmark.suite import Suite
+from warehouse_sim.benchmark.suite import LeastConfig, Suite
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, OutputError
 from warehouse_sim.output import make_folder, write_bytes
 
@@ -34,7 +36,8 @@ def make_set(
 ) -> tuple[Path, str]:
     """Make both halves of a set, and return the sealed file and its SHA-256.
 
-    A run that was stopped goes on with the same seeds, which lie in ``folder.unsealed`` until the set is sealed.
+    A run that was stopped goes on with the same seeds, which lie in ``folder.unsealed`` until the set is sealed, and
+    with all scenes that are whole. So does one whose datasets had too few pallets, once the suite names more scenes.
 
     Args:
         suite: Whose data are made; their seeds count for nothing.
@@ -44,7 +47,7 @@ def make_set(
 
     Raises:
         OutputError: The folder or the sealed file is there.
-        InputError: The suite has no data that are scored.
+        InputError: The suite has no data that are scored, or a dataset lacks what the suite requires of each.
         RecipeError: A recipe does not take the suite's settings.
     """
     path, work = folder.with_name(folder.name + ENDING), folder.with_name(folder.name + _WORK)
@@ -63,6 +66,7 @@ def make_set(
             progress(name, done, total)
 
         roots[name] = made(name, replace(data, seed=seeds[name]), work, workers, report).root
+    _require_enough(suite.least, roots)
     public = work / "public"
     shutil.rmtree(public, ignore_errors=True)
     for name, root in roots.items():
@@ -75,6 +79,20 @@ def make_set(
     public.rename(folder)
     shutil.rmtree(work)
     return path, digest
+
+
+def _require_enough(least: LeastConfig, roots: Mapping[str, Path]) -> None:
+    short = []
+    for name, root in roots.items():
+        table = ground_truths(DatasetReader(root), SPLIT)
+        found = LeastConfig(int(table.evaluated().sum()), len(table))
+        if found.dockable < least.dockable or found.ground_truths < least.ground_truths:
+            short.append(f"{name} has {found.dockable} of {found.ground_truths}")
+    if short:
+        raise InputError(
+            f"each dataset must have {least.ground_truths} pallets, and {least.dockable} that a truck can take: "
+            f"{'; '.join(short)}; raise its scenes in the suite and repeat the command: all other data are kept"
+        )
 
 
 def seeds_of(work: Path, names: list[str]) -> dict[str, int]:

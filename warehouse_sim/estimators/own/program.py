@@ -37,6 +37,10 @@ _PR_SET_PDEATHSIG = 1
 _MOST_CHARACTERS = 100_000
 
 
+class TooSlowError(InputError):
+    """A program did not answer within its time, and was ended."""
+
+
 class ProgramEstimator(PoseEstimator):
     """Starts a program once and asks it image by image; docs/estimators.md states the lines.
 
@@ -85,6 +89,11 @@ class ProgramEstimator(PoseEstimator):
         self._send(image)
         found = [self._pose(line, number, image) for number, line in self._lines(image, started + self._timeout)]
         return found
+
+    @property
+    def is_ended(self) -> bool:
+        """Whether it ended, by itself or because it took too long."""
+        return self._process.poll() is not None
 
     def close(self) -> None:
         """End the program and remove its files."""
@@ -157,7 +166,8 @@ class ProgramEstimator(PoseEstimator):
                 line = self._answers.get(timeout=max(0.0, until - time.monotonic()))
             except queue.Empty:
                 self._process.kill()
-                raise InputError(
+                self._process.wait()
+                raise TooSlowError(
                     f"{self._called}: no answer to scene {image.scene_id}, image {image.image_id} within "
                     f"{self._timeout:g} s; end each image with an empty line, or raise --exec-timeout"
                 ) from None
