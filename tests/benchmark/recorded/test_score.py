@@ -69,3 +69,15 @@ def test_folders_within_one_are_told_apart_and_one_alone_is_taken(folder: Path) 
     assert (alone.kind, alone.split) == ("posed", "val")
     assert [item.kind for item in find_recorded(folder / "faces")] == ["faces"]
     assert [item.kind for item in find_recorded(folder / "boxes")] == ["other"]
+
+
+def test_bare_images_are_told_what_they_lack(tmp_path: Path) -> None:
+    cat = tmp_path / "cat"
+    cat.mkdir()
+    for name in ("cat.jpg", "depth.png", "cat_mask.png"):
+        cv2.imwrite(str(cat / name), np.full((48, 64), 90, np.uint8))
+    np.save(cat / "cat_pose.npy", np.eye(4)[:3])
+    (found,) = find_recorded(cat)
+    assert found.note.startswith("cat: 3 images in no layout that is read; to predict, name them color.png")
+    for word in ("intrinsics.json", "BOP or LINEMOD", "meshes and poses"):
+        assert word in found.note

@@ -17,6 +17,8 @@ from warehouse_sim.benchmark.scored import Answer, posed_split
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError
 
+_IMAGES = (".png", ".jpg", ".jpeg")
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -60,13 +62,23 @@ def _recorded(path: Path) -> Recorded:
         split = posed_split(reader)
         images = [image for name in reader.splits for image in reader.images(name)]
     except DatasetError as problem:
-        reason = str(problem).replace(str(path), path.name)
-        return Recorded(path, "other", f"{path.name}: not in a format that is read ({reason})")
+        return Recorded(path, "other", f"{path.name}: {_why_not(path, problem)}")
     if split:
         return Recorded(path, "posed", split=split)
     masks = sum(len(image.targets) for image in images)
     what = f"{len(images)} images, {masks} masks, no poses to score against"
     return Recorded(path, "other", f"{path.name}: {what}; predict and inspect take it")
+
+
+def _why_not(path: Path, problem: DatasetError) -> str:
+    """Return why a folder is not read, and for bare images what they lack."""
+    images = sum(file.suffix.lower() in _IMAGES for file in path.iterdir())
+    if not images:
+        return f"not in a format that is read ({str(problem).replace(str(path), path.name)})"
+    return (
+        f"{images} images in no layout that is read; to predict, name them color.png, depth.png and mask.png and add "
+        "intrinsics.json with fx, fy, cx and cy; to score, lay them out as BOP or LINEMOD with meshes and poses"
+    )
 
 
 def baseline_group() -> Group:
