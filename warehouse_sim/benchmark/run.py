@@ -1,6 +1,7 @@
 """Run a suite: generate missing data, run all estimators, score, compare, and write the result."""
 
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,8 +9,10 @@ from itertools import chain
 from pathlib import Path
 
 from warehouse_sim.benchmark.ahead import Question, make_ahead
-from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant, weights_digest
+from warehouse_sim.benchmark.entrants.detected import SEEN
+from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
+from warehouse_sim.benchmark.entrants.weights import weights_digest
 from warehouse_sim.benchmark.groups import fixed_subset, lidar_points, split_name
 from warehouse_sim.benchmark.machine import machine
 from warehouse_sim.benchmark.recorded.entries import BASELINE
@@ -52,7 +55,7 @@ class RunConfig:
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
     """Processes that generate, then train, predict and score side by side."""
     overwrite: bool = False
-    """Predict and score again, whatever is kept."""
+    """Detect, predict and score again, whatever is kept."""
     command: str = ""
     """What the result says makes it again."""
 
@@ -106,6 +109,8 @@ def run_suite(
     started = time.monotonic()
     run = _Run(quickened(suite) if quick else suite, config, progress)
     extra: list[Row] = []
+    if config.overwrite:
+        shutil.rmtree(config.out / SEEN, ignore_errors=True)
     # Who is not known shall be said before anything is made.
     run.groups = list(_entrants(run, estimators)) if estimators else [entrant(name) for name in run.suite.estimators]
     if "recorded" in suite.takes:
@@ -278,15 +283,27 @@ def _ask(run: _Run) -> None:
 
 
 def _ask_ahead(run: _Run, evaluated: Sequence[tuple[str, ConditionConfig, Entrant]]) -> None:
-    """Make answers side by side, and remember which were made now."""
-    questions = []
-    for _, condition, member in evaluated:
-        opened = run.opened[condition.data]
-        questions.append(Question(member, condition, opened.made, opened.split, run.config.out, run.config.overwrite))
-    made = make_ahead(
-        questions, run.config.workers, lambda done, total: run.progress(done / total, f"{done} of {total} answers")
-    )
-    run.made_now = {(evaluated[number][0], evaluated[number][2]) for number in made}
+    """Make answers side by side, and remember which were made now.
+
+    Of those who share detections in a dataset one goes first: the others take what it found.
+    """
+    first: dict[tuple[str, str], int] = {}
+    for number, (_, condition, member) in enumerate(evaluated):
+        if isinstance(member, Evaluated):
+            first.setdefault((condition.data, member.config_under(condition).detections), number)
+    firsts = [evaluated[number] for number in first.values()]
+    others = [item for number, item in enumerate(evaluated) if number not in first.values()]
+    for part in (firsts, others):
+        questions = []
+        for _, condition, member in part:
+            opened = run.opened[condition.data]
+            questions.append(
+                Question(member, condition, opened.made, opened.split, run.config.out, run.config.overwrite)
+            )
+        made = make_ahead(
+            questions, run.config.workers, lambda done, total: run.progress(done / total, f"{done} of {total} answers")
+        )
+        run.made_now |= {(part[number][0], part[number][2]) for number in made}
 
 
 def _evaluated(condition: ConditionConfig, groups: Sequence[Group]) -> list[Group]:

@@ -96,7 +96,7 @@ def scored(
     place, inputs = _of_predictions(member, condition, opened, out)
     csv = place / _CSV
     if overwrite or not is_kept(place, inputs):
-        estimates = member.estimates(opened.reader, opened.split, condition, progress)
+        estimates = member.estimates(opened.reader, opened.split, condition, progress, out)
         make_folder(place)
         predictions.write(csv, estimates)
         if not isinstance(member, ResultFile):

@@ -204,7 +204,7 @@ class Finder:
         found = with_depth_of(source, found, reader, image)
         if estimator.reads_sweep or any(stage.reads_sweep for stage in self._stages):
             found = with_sweep(found, reader, image)
-        found = passed(found, self._stages)
+        found = self._passed(found, self._stages, source)
         self.seconds = time.perf_counter() - started if self._stages or source != "camera" else 0.0
         if finds:
             return found
@@ -212,6 +212,16 @@ class Finder:
         numbered = tuple(replace(item, number=item.number_at(i)) for i, item in enumerate(found.detections))
         taken = taken_by(estimator, numbered, self._objects or known_among(estimator, reader.objects))
         return replace(found, detections=taken) if taken else None
+
+    def _passed(self, image: RgbdImage, stages: Sequence[FrontEnd], source: DepthSource) -> RgbdImage:
+        """Return an image with what its stages find in it.
+
+        Args:
+            image: With the depth that is seen.
+            stages: Detectors and segmenters, in order.
+            source: Whose depth that is.
+        """
+        return passed(image, stages)
 
     def _opened(self, reader: DatasetReader | None = None) -> list[FrontEnd]:
         if not self._names:

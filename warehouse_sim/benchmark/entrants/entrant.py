@@ -10,7 +10,8 @@ import numpy as np
 
 from warehouse_sim.benchmark.entrants.subset import subset_answers
 from warehouse_sim.benchmark.entrants.ways import Way, answers, way_of
-from warehouse_sim.benchmark.kept import digest, file_digest
+from warehouse_sim.benchmark.entrants.weights import weights_digest
+from warehouse_sim.benchmark.kept import file_digest
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
@@ -18,10 +19,10 @@ from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.detections import GT
 from warehouse_sim.estimators.own.program import PROGRAM
-from warehouse_sim.estimators.own.source import is_own_source, source_file
+from warehouse_sim.estimators.own.source import is_own_source
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.resources import data_folder, model_names
+from warehouse_sim.resources import model_names
 from warehouse_sim.schema import PoseEstimate
 from warehouse_sim.version import __version__
 
@@ -34,8 +35,6 @@ _SEED = 20_260
 _WHO = "estimator (a bundled name, a run folder, one that needs no training, or a CSV of poses)"
 _TRIES = 100
 """Draws before all others are gone through."""
-_DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "uncertainty.yaml")
-"""What of a model's folder its answers depend on."""
 
 
 class Entrant(Protocol):
@@ -53,9 +52,22 @@ class Entrant(Protocol):
         """Return all that decides its answers besides the data."""
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
+        self,
+        reader: DatasetReader,
+        split: str,
+        condition: ConditionConfig,
+        progress: Fraction,
+        kept: Path | None = None,
     ) -> list[PoseEstimate]:
-        """Return its answers to the images of a split."""
+        """Return its answers to the images of a split.
+
+        Args:
+            reader: The dataset.
+            split: Which images.
+            condition: What is evaluated.
+            progress: Called with the fraction that is done.
+            kept: Where what detectors find is kept; None keeps nothing.
+        """
 
 
 @dataclass(frozen=True)
@@ -70,7 +82,12 @@ class Oracle:
         return {"kind": ORACLE}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
+        self,
+        reader: DatasetReader,
+        split: str,
+        condition: ConditionConfig,
+        progress: Fraction,
+        kept: Path | None = None,
     ) -> list[PoseEstimate]:
         """Return every label as an estimate."""
         return [_estimate(image, item, item.T_camera_object) for image, item in _labels(reader, split)]
@@ -88,7 +105,12 @@ class Shuffled:
         return {"kind": SHUFFLED, "seed": _SEED}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
+        self,
+        reader: DatasetReader,
+        split: str,
+        condition: ConditionConfig,
+        progress: Fraction,
+        kept: Path | None = None,
     ) -> list[PoseEstimate]:
         """Return every label with the pose of one in another place; of a dataset with one image nothing is left."""
         labels = _labels(reader, split)
@@ -142,13 +164,18 @@ class Evaluated:
         return from_mapping(PredictConfig, plain, f"conditions: {condition.data}: predict")
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
+        self,
+        reader: DatasetReader,
+        split: str,
+        condition: ConditionConfig,
+        progress: Fraction,
+        kept: Path | None = None,
     ) -> list[PoseEstimate]:
         """Return what the estimator says."""
         way = replace(self.way, config=self.config_under(condition))
         if condition.seconds_an_object is not None:
-            return subset_answers(way, reader, split, condition.seconds_an_object, progress)
-        return answers(way, reader, split, condition.disturb, progress)
+            return subset_answers(way, reader, split, condition.seconds_an_object, progress, kept)
+        return answers(way, reader, split, condition.disturb, progress, kept)
 
 
 @dataclass(frozen=True)
@@ -164,7 +191,12 @@ class ResultFile:
         return {"kind": "file", "sha256": file_digest(self._file(condition))}
 
     def estimates(
-        self, reader: DatasetReader, split: str, condition: ConditionConfig, progress: Fraction
+        self,
+        reader: DatasetReader,
+        split: str,
+        condition: ConditionConfig,
+        progress: Fraction,
+        kept: Path | None = None,
     ) -> list[PoseEstimate]:
         """Return the rows of the file."""
         return predictions.read(self._file(condition))
@@ -212,21 +244,6 @@ def entrant(name: str) -> Group:
         raise UnknownNameError(_WHO, name, [ORACLE, SHUFFLED, *known])
     shown = path.name if path.is_dir() else name
     return Group(shown, (Evaluated(shown, way, trainings=int(way.is_trained)),))
-
-
-def weights_digest(name: str) -> str:
-    """Return the SHA-256 of all files that a model's answers depend on; empty where there are none.
-
-    Of a user's own estimator that is the file which holds it.
-    """
-    if is_own_source(name):
-        file = source_file(name)
-        return "" if file is None else digest([[file.name, file_digest(file)]])
-    folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
-    files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern)) if folder.is_dir() else []
-    if Path(name).is_file():  # a file of detections
-        files = [Path(name)]
-    return digest([[path.name, file_digest(path)] for path in files]) if files else ""
 
 
 def _labels(reader: DatasetReader, split: str) -> list[tuple[ImageRecord, TargetRecord]]:

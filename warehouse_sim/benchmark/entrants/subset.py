@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,7 +19,12 @@ from warehouse_sim.schema import PoseEstimate
 
 
 def subset_answers(
-    way: Way, reader: DatasetReader, split: str, limit: float, progress: Callable[[float, str], None]
+    way: Way,
+    reader: DatasetReader,
+    split: str,
+    limit: float,
+    progress: Callable[[float, str], None],
+    kept: Path | None = None,
 ) -> list[PoseEstimate]:
     """Return the estimates of the objects of the fixed subset, in order of the images.
 
@@ -32,12 +38,13 @@ def subset_answers(
         split: Which images.
         limit: Seconds that an object may take; what takes longer is missed.
         progress: Called with the fraction that is done.
+        kept: Where what detectors find is kept; None keeps nothing.
 
     Raises:
         UnknownNameError: No such estimator.
         TrainingError: There are no weights, or they know no object of the split.
     """
-    estimator, finder, reader = opened(way, reader, split)
+    estimator, finder, reader = opened(way, reader, split, kept)
     wanted, found = wanted_objects(reader, split), list[PoseEstimate]()
     is_warm = False
     for number, (record, targets) in enumerate(wanted):

@@ -15,6 +15,8 @@ from typing import get_args
 import numpy as np
 
 from warehouse_sim.benchmark.disturbances import UNNAMED, disturbance
+from warehouse_sim.benchmark.entrants.detected import SEEN, KeptFinder
+from warehouse_sim.benchmark.entrants.weights import weights_digest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError
@@ -29,6 +31,7 @@ from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import IMAGES_AT_ONCE, PredictConfig
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.schema import PoseEstimate
+from warehouse_sim.version import __version__
 
 _VERIFICATION = "verify"
 _WORDS: dict[str, dict[str, object]] = {
@@ -115,7 +118,12 @@ def _has_stages(model: str) -> bool:
 
 
 def answers(
-    way: Way, reader: DatasetReader, split: str, disturb: str, progress: Callable[[float, str], None]
+    way: Way,
+    reader: DatasetReader,
+    split: str,
+    disturb: str,
+    progress: Callable[[float, str], None],
+    kept: Path | None = None,
 ) -> list[PoseEstimate]:
     """Return the estimates of a split's images, in their order.
 
@@ -128,12 +136,13 @@ def answers(
         split: Which images.
         disturb: Name of what is done to each image; it has a random stream of its own.
         progress: Called with the fraction that is done.
+        kept: Where what detectors find is kept; None keeps nothing.
 
     Raises:
         UnknownNameError: No such estimator or disturbance.
         TrainingError: There are no weights, or they know no object of the split.
     """
-    change, (estimator, finder, reader) = disturbance(disturb), opened(way, reader, split)
+    change, (estimator, finder, reader) = disturbance(disturb), opened(way, reader, split, kept)
     images = reader.images(split)
     may_be = _candidates(estimator, reader) if disturb == UNNAMED else ()
     found: list[PoseEstimate] = []
@@ -151,8 +160,16 @@ def answers(
     return found
 
 
-def opened(way: Way, reader: DatasetReader, split: str) -> tuple[PoseEstimator, Finder, DatasetReader]:
+def opened(
+    way: Way, reader: DatasetReader, split: str, kept: Path | None
+) -> tuple[PoseEstimator, Finder, DatasetReader]:
     """Return an estimator that knows the objects of a split, what finds detections for it, and whom both read.
+
+    Args:
+        way: The estimator and its settings.
+        reader: The dataset.
+        split: Which images.
+        kept: Where what detectors find is kept; None keeps nothing.
 
     Raises:
         UnknownNameError: No such estimator.
@@ -165,7 +182,15 @@ def opened(way: Way, reader: DatasetReader, split: str) -> tuple[PoseEstimator, 
     if isinstance(estimator, OracleIcp):
         estimator.show(images)
     require_known(estimator, reader, images)
-    return estimator, Finder(config.detections, config.gravity, config.depth, config.objects), reader
+    inputs = {
+        "weights_sha256": {Path(name).name: weights_digest(name) for name in config.detections.split("+")},
+        "data": reader.digest,
+        "calibration": reader.calibration,
+        "gravity": config.gravity,
+        "version": __version__,
+    }
+    folder = None if kept is None else kept / SEEN / reader.root.resolve().name
+    return estimator, KeptFinder(config, inputs, folder), reader
 
 
 def _estimated(estimator: PoseEstimator, images: list[RgbdImage]) -> list[PoseEstimate]:

@@ -49,7 +49,7 @@ def bench(
             sealed file. A run that was stopped goes on.
         out: Folder for data, predictions, scores and results.
         workers: Processes that generate, then train, predict and score side by side; one per processor by default.
-        overwrite: Predict and score again, whatever is kept; data stay.
+        overwrite: Detect, predict and score again, whatever is kept; data stay.
     """
     require_extra("generate", "to make scenes")
     require_extra("learn", "to predict")
