@@ -10,15 +10,23 @@ from pathlib import Path
 
 from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.detected import SEEN
-from warehouse_sim.benchmark.entrants.entrant import ORACLE, Entrant, Evaluated, Group, entrant
+from warehouse_sim.benchmark.entrants.entrant import Entrant, Evaluated, Group, entrant
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
-from warehouse_sim.benchmark.entrants.weights import weights_digest
 from warehouse_sim.benchmark.groups import fixed_subset, lidar_points, split_name
 from warehouse_sim.benchmark.machine import machine
+from warehouse_sim.benchmark.negatives.score import negative_rows
 from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
 from warehouse_sim.benchmark.report.markdown import page
-from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, LeftOut, SuiteResult, write_result
+from warehouse_sim.benchmark.result import (
+    LeftOut,
+    SuiteResult,
+    data_facts,
+    detector_facts,
+    estimator_facts,
+    renderers,
+    write_result,
+)
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
@@ -129,11 +137,11 @@ def run_suite(
         question=suite.question,
         quick=quick,
         command=config.command,
-        machine=machine(_renderers(run)),
+        machine=machine(renderers(run.opened.values())),
         seconds=round(time.monotonic() - started, 1),
         reused=run.reused,
-        data=tuple(_data_facts(run)),
-        estimators=(*_estimator_facts(run), *_detector_facts(run)),
+        data=tuple(data_facts(run.opened, run.answers)),
+        estimators=(*estimator_facts(run.groups), *detector_facts(run.suite.detectors, run.groups)),
         rows=rows,
         left_out=tuple(run.left_out),
         notes=tuple(run.notes),
@@ -339,6 +347,7 @@ def _rows(run: _Run) -> Iterator[Row]:
     yield from chain.from_iterable(effect_rows(run.answers, run.suite, item) for item in run.suite.compare)
     yield from _found(run)
     yield from _simulated(run)
+    yield from _negative(run)
 
 
 def _found(run: _Run) -> Iterator[Row]:
@@ -365,6 +374,15 @@ def _simulated(run: _Run) -> Iterator[Row]:
     )
 
 
+def _negative(run: _Run) -> list[Row]:
+    def report(done: int, total: int) -> None:
+        run.progress(done / total, f"negatives: {done} of {total} halls")
+
+    rows, left_out = negative_rows(run.groups, run.suite.negatives, run.config.out, run.config.workers, report)
+    run.left_out += left_out
+    return rows
+
+
 def _leave_out(run: _Run, estimator: str, condition: str, problem: Exception) -> None:
     """Say who could not be scored and why; results name no folder of the machine that they were made on."""
     reason = str(problem)
@@ -373,39 +391,3 @@ def _leave_out(run: _Run, estimator: str, condition: str, problem: Exception) ->
         if len(path.parts) > 1:
             reason = reason.replace(f"{path}/", "")
     run.left_out.append(LeftOut(estimator, condition, reason))
-
-
-def _renderers(run: _Run) -> tuple[str, ...]:
-    manifests = [item.reader.manifest for item in run.opened.values()]
-    return tuple(dict.fromkeys(name for one in manifests if one is not None for name in one.renderers))
-
-
-def _data_facts(run: _Run) -> Iterator[DataFacts]:
-    for name, opened in run.opened.items():
-        scores = next((answer.scores[0] for answer in run.answers if answer.opened is opened), None)
-        found: MadeSet = opened.made
-        yield DataFacts(
-            name,
-            found.recipe,
-            found.recipe_sha256 or opened.reader.digest[:16],
-            found.seed,
-            len({image.scene_id for image in opened.reader.images(opened.split)}),
-            len(opened.reader.images(opened.split)),
-            0 if scores is None else len(scores.table),
-            {} if scores is None else dict(scores.docking_left_out),
-        )
-
-
-def _detector_facts(run: _Run) -> Iterator[EstimatorFacts]:
-    for name in run.suite.detectors:
-        if name not in {group.name for group in run.groups}:
-            digests = [weights_digest(part) for part in name.split("+")]
-            yield EstimatorFacts(name, int(name != ORACLE), "+".join(item[:16] for item in digests if item))
-
-
-def _estimator_facts(run: _Run) -> Iterator[EstimatorFacts]:
-    for group in run.groups:
-        evaluated = [item for item in group.members if isinstance(item, Evaluated)]
-        digests = [weights_digest(name) for item in evaluated for name in item.way.parts]
-        samples = group.facts.get("samples")
-        yield EstimatorFacts(group.name, group.trainings, "+".join(item[:16] for item in digests if item), samples)

@@ -143,6 +143,21 @@ class ApproachConfig:
 
 @dataclass(frozen=True)
 @ranged
+class NegativesConfig:
+    """In which halls estimators are shown what must not be taken."""
+
+    recipes: tuple[str, ...] = ()
+    """Where halls come from; none shows nothing."""
+    seed: Seed = 0
+    """Of the halls."""
+    scenes: Scenes = 10
+    """Halls of each recipe, 1-1,000,000."""
+    places: Annotated[int, Range(1, 1000)] = 2
+    """Cameras in each, 1-1,000; before each stand a pallet and five negatives in turn."""
+
+
+@dataclass(frozen=True)
+@ranged
 class QuickConfig:
     """What ``--quick`` changes: sizes, never how a number is made."""
 
@@ -162,6 +177,8 @@ class QuickConfig:
     """Poses of each answer, 1-1,000,000; None for those of the suite."""
     approach: ApproachConfig | None = None
     """Approaches; None for those of the suite."""
+    negatives: NegativesConfig | None = None
+    """Negatives; None for those of the suite."""
 
 
 @dataclass(frozen=True)
@@ -205,6 +222,8 @@ class Suite:
     """To how many poses of each answer, 1-1,000,000."""
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     """Approaches with an estimator in the loop."""
+    negatives: NegativesConfig = field(default_factory=NegativesConfig)
+    """What must not be taken."""
     takes: tuple[ThirdParty, ...] = ()
     """Kinds of folders that --data takes in place of the suite's own data."""
     quick: QuickConfig = field(default_factory=QuickConfig)
@@ -287,6 +306,7 @@ def quickened(suite: Suite) -> Suite:
         trainings=trainings,
         simulated_poses=quick.simulated_poses or suite.simulated_poses,
         approach=quick.approach or suite.approach,
+        negatives=quick.negatives or suite.negatives,
     )
 
 

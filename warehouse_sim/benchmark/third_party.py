@@ -12,7 +12,7 @@ from warehouse_sim.benchmark.groups import lidar_points, places_of
 from warehouse_sim.benchmark.rows.precision import AP_MM
 from warehouse_sim.benchmark.scored import SPLITS, Answer, Opened, posed_split
 from warehouse_sim.benchmark.sets import MadeSet
-from warehouse_sim.benchmark.suite import ConditionConfig, Suite
+from warehouse_sim.benchmark.suite import ConditionConfig, NegativesConfig, Suite
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import EvaluationError, InputError
 
@@ -126,6 +126,7 @@ def on_folder(suite: Suite, data: Path) -> tuple[Suite, Opened, Protocol]:
         detectors=(),
         trainings=trainings,
         simulate=False,
+        negatives=NegativesConfig(),
     )
     return changed, opened, rules
 

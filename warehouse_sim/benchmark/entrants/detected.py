@@ -2,9 +2,10 @@
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class KeptFinder(Finder):
         folder: Where the files of a dataset lie; None keeps nothing.
     """
 
-    def __init__(self, config: PredictConfig, inputs: dict[str, object], folder: Path | None) -> None:
+    def __init__(self, config: PredictConfig, inputs: Mapping[str, object], folder: Path | None) -> None:
         super().__init__(config.detections, config.gravity, config.depth, config.objects)
         names = config.detections.split("+")
         can_be_kept = names[0] not in (GT, GT_BOXES) and not any(map(is_detections, names))
@@ -61,9 +62,9 @@ class KeptFinder(Finder):
 
 def write_found(path: Path, detections: Sequence[Detection], seconds: float) -> None:
     """Write the detections of an image with the time that they took (s); of masks no more than the part that is set."""
-    rows, arrays = [], {}
+    rows, arrays = list[dict[str, Any]](), dict[str, Any]()
     for number, item in enumerate(detections):
-        row = {
+        row: dict[str, Any] = {
             "model": item.model if isinstance(item.model, str | None) else int(item.model),
             "score": float(item.score),
             "number": None if item.number is None else int(item.number),

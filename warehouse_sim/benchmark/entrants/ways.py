@@ -1,9 +1,10 @@
 """How tables use an estimator: ``NAME+WORD+...``, such as ``densefusion-depth+verify``.
 
 Words are selections (argmax, weighted, weighted-50, consensus), refinements (icp, verification), ``flight`` for a
-camera that measures time of flight, ``lidar`` and ``lidar-sparse`` for the depth of a LiDAR, ``boxes`` for ground-truth
-boxes in place of ground-truth masks, and ``nominal`` for the calibration that the rig states. A trained estimator that
-names neither selection nor refinement goes by consensus and ICP; one that names a selection alone is not refined.
+camera that measures time of flight, ``reject-blocked`` for rejecting estimates whose openings are blocked, ``lidar``
+and ``lidar-sparse`` for the depth of a LiDAR, ``boxes`` for ground-truth boxes in place of ground-truth masks, and
+``nominal`` for the calibration that the rig states. A trained estimator that names neither selection nor refinement
+goes by consensus and ICP; one that names a selection alone is not refined.
 """
 
 import time
@@ -39,12 +40,13 @@ _WORDS: dict[str, dict[str, object]] = {
     "icp": {"refine": "icp"},
     _VERIFICATION: {"refine": "verify"},
     "flight": {"time_of_flight": True},
+    "reject-blocked": {"reject_blocked": True},
     "lidar": {"depth": "lidar"},
     "lidar-sparse": {"depth": "lidar-sparse"},
     "boxes": {"detections": "gt-boxes"},
     "nominal": {"calibration": "nominal"},
 }
-_OF_TRAINED = ("selection", "refine", "time_of_flight")
+_OF_TRAINED = ("selection", "refine", "time_of_flight", "reject_blocked")
 
 
 @dataclass(frozen=True)

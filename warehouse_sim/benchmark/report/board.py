@@ -7,7 +7,7 @@ from warehouse_sim.benchmark.report.looks import Kind, family_of, headline, kind
 from warehouse_sim.benchmark.result import SuiteResult
 from warehouse_sim.benchmark.rows.row import Row, Table
 
-RANKED: tuple[Table, ...] = ("scores", "faces", "simulated", "driven", "detection")
+RANKED: tuple[Table, ...] = ("scores", "faces", "simulated", "driven", "negatives", "detection")
 
 
 @dataclass(frozen=True)

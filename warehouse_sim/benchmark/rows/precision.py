@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.row import Place, Row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.dataset.results.precision_recall import RECALLS, Matches, average_precision
 from warehouse_sim.evaluation.bop_scores import matches_in_mm
@@ -39,7 +39,7 @@ def precision_row(answer: Answer) -> Row:
         one, other = seed_interval(values)
         low, high = max(min(low, one), 0.0), min(max(high, other), 1.0)
     ends_of_row = round(min(low, value), 5), round(max(high, value), 5)
-    place = "scores", answer.group.name, answer.condition, "all", AP_MM
+    place: Place = "scores", answer.group.name, answer.condition, "all", AP_MM
     scenes = len(set(scene_id.tolist()))
     return Row(*place, round(value, 5), ends_of_row, len(scene_id), scenes, answer.group.trainings)
 

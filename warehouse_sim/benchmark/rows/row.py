@@ -14,8 +14,11 @@ Table = Literal[
     "faces",
     "simulated",
     "driven",
+    "negatives",
     "time",
 ]
+Place = tuple[Table, str, str, str, str]
+"""Table, estimator, condition, group and metric of a row."""
 
 WORST = "worst layout"
 """Condition of the rows that state how good everybody is where it is worst."""

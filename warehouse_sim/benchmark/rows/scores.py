@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from warehouse_sim.benchmark.groups import all_groups
 from warehouse_sim.benchmark.rows.precision import AP_MM, precision_row
-from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Row, Table
+from warehouse_sim.benchmark.rows.row import HEADLINE, WORST, Place, Row, Table
 from warehouse_sim.benchmark.rows.timing import time_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import Suite
@@ -132,10 +132,6 @@ def make_row(
     """Return a row of what an entrant answered."""
     place = table, answer.group.name, answer.condition, label, metric
     return rounded_row(place, value, interval, scene_id, answer.group.trainings, against)
-
-
-Place = tuple[Table, str, str, str, str]
-"""Table, estimator, condition, group and metric of a row."""
 
 
 def mean_row(place: Place, values: Float[np.ndarray, " n"], scene_id: np.ndarray, trainings: int) -> Row:

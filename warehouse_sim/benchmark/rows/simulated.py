@@ -9,8 +9,8 @@ import numpy as np
 
 from warehouse_sim.benchmark.entrants.entrant import Evaluated, Group
 from warehouse_sim.benchmark.entrants.ways import Way
-from warehouse_sim.benchmark.rows.row import Row
-from warehouse_sim.benchmark.rows.scores import Place, mean_row
+from warehouse_sim.benchmark.rows.row import Place, Row
+from warehouse_sim.benchmark.rows.scores import mean_row
 from warehouse_sim.benchmark.scored import Answer
 from warehouse_sim.benchmark.suite import ApproachConfig, ConditionConfig
 from warehouse_sim.dataset.results import predictions

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warehouse_sim.benchmark.rows.row import SECONDS, Row
+from warehouse_sim.benchmark.rows.row import SECONDS, Place, Row
 from warehouse_sim.benchmark.scored import Answer
 
 _RESAMPLES = 200
@@ -23,6 +23,6 @@ def time_row(answer: Answer) -> Row | None:
     value = float(sums.sum() / counts.sum())
     low, high = np.percentile((picks @ sums) / (picks @ counts), [2.5, 97.5])
     ends = round(min(float(low), value), 5), round(max(float(high), value), 5)
-    place = "time", answer.group.name, answer.condition, "all", SECONDS
+    place: Place = "time", answer.group.name, answer.condition, "all", SECONDS
     trainings, machine = answer.group.trainings, answer.machine
     return Row(*place, round(value, 5), ends, len(times), len(names), trainings, machine=machine)
