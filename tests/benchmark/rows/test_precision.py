@@ -13,12 +13,13 @@ from warehouse_sim.benchmark.report.markdown import page
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts, SuiteResult
 from warehouse_sim.benchmark.rows.precision import AP_MM, precision_row, resampled
 from warehouse_sim.benchmark.rows.row import SECONDS, WORST
-from warehouse_sim.benchmark.rows.scores import score_rows, worst_rows
+from warehouse_sim.benchmark.rows.scores import metric_columns, score_rows, worst_rows
 from warehouse_sim.benchmark.scored import Answer, Opened, scored
 from warehouse_sim.benchmark.sets import MadeSet
 from warehouse_sim.benchmark.suite import ConditionConfig, Suite
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.precision_recall import Matches, average_precision
+from warehouse_sim.evaluation import evaluate
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.schema import PoseEstimate
 
@@ -59,6 +60,21 @@ def test_a_bootstrap_with_each_scene_once_is_the_precision_itself() -> None:
         average_precision([item for s, item in parts if s != 7 for _ in range(1 + (s == 4))]), abs=0.05
     )
     assert np.isnan(none)
+
+
+def test_a_failure_counts_as_unwarned_where_its_bound_promised_more(data: Path) -> None:
+    aside = make_transform(None, np.array([0.0, 0.15, 0.0]))
+    off = [replace(item, T_camera_object=item.T_camera_object @ aside) for item in estimates_of(data)]
+    for bound, expected in ((0.005, 0.0), (0.5, 1.0)):
+        found = [replace(item, error_bound=bound) for item in off]
+        table = evaluate(found, DatasetReader(data), "test").table
+        column = metric_columns(table)["no_unwarned_failure"]
+        assert set(column[table.evaluated()]) == {expected}
+        assert np.isnan(column[~table.evaluated()]).all()
+    right = evaluate([replace(item, error_bound=0.005) for item in estimates_of(data)], DatasetReader(data), "test")
+    assert set(metric_columns(right.table)["no_unwarned_failure"][right.table.evaluated()]) == {1.0}
+    silent = evaluate(off, DatasetReader(data), "test").table
+    assert np.isnan(metric_columns(silent)["no_unwarned_failure"]).all()
 
 
 def test_the_run_time_stands_beside_its_machine(data: Path, tmp_path: Path) -> None:

@@ -113,6 +113,7 @@ _PATTERNS = (
     (r"auc_add_(\d+)pct", r"AUC of ADD to \1 % d"),
     (r"auc_add_(\d+)cm", r"AUC of ADD to \1 cm"),
     (r"pose_5cm_5deg", "5 cm 5°"),
+    (r"no_unwarned_failure", "no failure without warning"),
     (r"ap_mssd_mm", "AP of poses, MSSD 2-20 mm"),
     (r"ap_box_(\d+)", r"AP of boxes at \1 %"),
     (r"ap_mask_(\d+)", r"AP of masks at \1 %"),

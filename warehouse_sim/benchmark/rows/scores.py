@@ -27,8 +27,9 @@ def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
     """Return one value in 0-1 a ground truth by metric, nan where it does not apply.
 
     Beside those of ``evaluation.summary``: ``found`` has an estimate, ``add_adds_<k>pct`` takes ADD-S for LINEMOD's
-    eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate, and
-    ``dock_stack_<m>mm`` is docking of pallets in a stack, taken as a whole.
+    eggbox and glue and ADD for all else, ``<metric>_of_found`` leaves out what has no estimate,
+    ``dock_stack_<m>mm`` is docking of pallets in a stack, taken as a whole, and ``no_unwarned_failure`` is 0 where an
+    estimate does not dock though its bound lies within what the pallet leaves around the tines.
     """
     values = pass_values(table, range(1, 11))
     in_stack, of_stacks = table.stacked == 1, pass_values(table.as_stacks())
@@ -40,7 +41,16 @@ def metric_columns(table: ErrorTable) -> dict[str, Float[np.ndarray, " n"]]:
         f"add_adds_{k}pct": np.where(symmetric, values[f"add_s_{k}pct"], values[f"add_{k}pct"]) for k in (2, 5, 10)
     }
     values["found"] = table.found.astype(float)
+    values["no_unwarned_failure"] = _no_unwarned_failure(table)
     return values | {f"{name}{_AMONG_FOUND}": np.where(table.found, column, np.nan) for name, column in values.items()}
+
+
+def _no_unwarned_failure(table: ErrorTable) -> Float[np.ndarray, " n"]:
+    """Return 0 for each failure that no bound warned of, else 1; nan for who states no bounds, and without docking."""
+    if np.isnan(table.error_bound).all():
+        return np.full(len(table), np.nan)
+    unwarned = table.found & ~table.docks() & (table.error_bound <= table.clearance)
+    return np.where(table.evaluated(), 1.0 - unwarned, np.nan)
 
 
 def require_metrics(suite: Suite, table: ErrorTable) -> None:
