@@ -2,7 +2,7 @@
 
 python -m benchmarks.front_ends.negatives [--estimators densefusion-depth rectangle-fit] [--scenes 10] [--write]
 
-The things and the halls are those of ``warehouse-sim bench negatives``, which counts what is refused in more of them.
+The things and the halls are those of ``warehouse-sim bench negatives``, which counts what is rejected in more of them.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""On the fixed subset everybody is asked for the same pallets, one by one, and who takes too long has missed."""
+"""On the fixed subset everybody gets the same pallets, one by one, and who takes too long has missed."""
 
 import sys
 from pathlib import Path

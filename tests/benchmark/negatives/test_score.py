@@ -1,4 +1,4 @@
-"""What must not be taken is refused from the score on that takes pallets, and halls are shown once to each."""
+"""What must not be taken is rejected from the score on that takes pallets, and halls are shown once to each."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -59,7 +59,7 @@ def planned(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return made
 
 
-def test_rows_say_what_is_refused_and_the_truth_is_right_in_each(planned: list[int], tmp_path: Path) -> None:
+def test_rows_say_what_is_rejected_and_the_truth_is_right_in_each(planned: list[int], tmp_path: Path) -> None:
     groups = [entrant(name) for name in ("oracle", "shuffled", "rectangle-fit", "densefusion-nobody-has")[:3]]
     rows, left_out = negative_rows(groups, CONFIG, tmp_path, 1)
     assert not left_out
@@ -69,7 +69,7 @@ def test_rows_say_what_is_refused_and_the_truth_is_right_in_each(planned: list[i
     assert found["rectangle-fit", "shelf"] == 0.5
     assert found["rectangle-fit", ALL] == 0.9
     assert {row.n for row in rows if row.group == ALL} == {10}
-    assert {row.metric for row in rows} == {"accepted", "refused"}
+    assert {row.metric for row in rows} == {"accepted", "rejected"}
     assert planned == [0, 1]
     again, _ = negative_rows(groups, CONFIG, tmp_path, 1)
     assert (planned, again) == ([0, 1], rows)

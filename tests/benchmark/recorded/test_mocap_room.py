@@ -1,4 +1,4 @@
-"""A BOP folder of others runs unchanged through predict, evaluate and the suite of recorded frames."""
+"""A third-party BOP folder runs unchanged through predict, evaluate and the suite of recorded frames."""
 
 import json
 from pathlib import Path

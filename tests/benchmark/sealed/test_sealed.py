@@ -66,7 +66,7 @@ def make_tiny(folder: Path) -> None:
     (folder / "tiny-v1.sealed").write_bytes(b"of the run before")
 
     def made_once(name: str, done: int, total: int) -> None:
-        pytest.fail(f"{name} is made again")
+        pytest.fail(f"{name} is regenerated")
 
     assert first.stat().st_mtime_ns == made_at
     make_set(tiny(), folder / "tiny-v1", 1, made_once)

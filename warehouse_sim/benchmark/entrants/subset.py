@@ -29,7 +29,7 @@ def subset_answers(
     """Return the estimates of the objects of the fixed subset, in order of the images.
 
     Of an image an estimator gets one detection at a time: that which overlaps a pallet of the subset most. One that
-    finds objects itself gets the image, and the time of all pallets of the subset in it. The first object is asked
+    finds objects itself gets the image, and the time of all pallets of the subset in it. The first object comes
     twice, so that no start counts. The time of an image is that of its objects, detection included.
 
     Args:

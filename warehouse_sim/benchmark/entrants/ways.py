@@ -196,7 +196,7 @@ def opened(
 
 
 def _estimated(estimator: PoseEstimator, images: list[RgbdImage]) -> list[PoseEstimate]:
-    """Return the estimates of some images; one that states no time gets its share of what all of them took."""
+    """Return the estimates of some images; one that states no time gets the mean of what all of them took."""
     if not images:
         return []
     started = time.perf_counter()

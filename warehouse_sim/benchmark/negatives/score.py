@@ -1,4 +1,4 @@
-"""How much of what must not be taken is refused, at the score that accepts 95 of 100 pallets; kept hall by hall."""
+"""How much of what must not be taken is rejected, at the score that accepts 95 of 100 pallets; kept hall by hall."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -95,7 +95,7 @@ def negative_rows(
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[list[Row], list[LeftOut]]:
-    """Return what fraction of pallets is accepted and of each kind of negative refused, and who cannot be evaluated.
+    """Return what fraction of pallets is accepted and of each kind of negative rejected, and who cannot be evaluated.
 
     Args:
         groups: Who is evaluated; of several trainings the first. Others than estimators and the ground truth are not.
@@ -141,7 +141,7 @@ def _rows(group: Group, halls: Sequence[Hall]) -> Iterator[Row]:
         for label, kinds in {ALL: KINDS[1:], **{kind: (kind,) for kind in KINDS}}.items():
             chosen = [(number, score) for number, score in mine if score[0] in kinds]
             values = [(right >= least) if kind == PALLET else (wrong < least) for _, (kind, right, wrong) in chosen]
-            metric = "accepted" if label == PALLET else "refused"
+            metric = "accepted" if label == PALLET else "rejected"
             place: Place = "negatives", group.name, recipe, label, metric
             scenes = np.array([number for number, _ in chosen])
             yield mean_row(place, np.array(values, dtype=float), scenes, group.trainings)

@@ -32,7 +32,7 @@ HOW: dict[Table, str] = {
     "faces": "Per cent of recorded faces that a fork with this estimate enters.",
     "simulated": "Per cent of the poses at which a simulated truck takes the pallet.",
     "driven": "Per cent of the approaches with the estimator in the loop that dock, and that stop by themselves.",
-    "negatives": "Per cent of pallets that are accepted, and of negatives that are refused, at the score that accepts "
+    "negatives": "Per cent of pallets that are accepted, and of negatives that are rejected, at the score that accepts "
     "95 of 100 pallets.",
     "time": "Mean seconds for an image, detection included; 95 % intervals in brackets, on the machine beside them.",
 }

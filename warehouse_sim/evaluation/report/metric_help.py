@@ -25,7 +25,7 @@ _HELP = (
     (r"dock_(\d+)mm", "The tines, sent by the estimate, clear the true pallet with {0} mm to spare."),
     (r"docked", "The truck, driven by the estimates, ended with its forks in the pockets and touched nothing."),
     (r"accepted", "Pallets that can be taken: found within 5 cm and 5 degrees, by a score that counts."),
-    (r"refused", "What must not be taken: no estimate of it has a score that counts."),
+    (r"rejected", "What must not be taken: no estimate of it has a score that counts."),
     (r"no_unwarned_failure", "It docks, or its error bound lies beyond what the pallet leaves around the tines."),
     (r"ap_mssd_mm", "Mean average precision of poses by MSSD at 2, 4, ... 20 mm, the mean over objects (BOP 2025)."),
     (r"ap_(box|mask)_(\d+)", "Average precision of {0} detections at an overlap (IoU) of {1} %."),
