@@ -55,7 +55,7 @@ class ConditionConfig:
     estimators: tuple[str, ...] = ()
     """Estimators to run; by default all of the suite."""
     seconds_an_object: Annotated[float, Range(0.001, 86_400, "s")] | None = None
-    """Where given, only the fixed subset is predicted and scored, object by object; what takes longer (s) is missed."""
+    """Where given, 0.001-86,400 s: only the fixed subset is predicted, one by one; what takes longer is missed."""
 
     def __post_init__(self) -> None:
         if self.seconds_an_object is not None and self.disturb != "exact":
