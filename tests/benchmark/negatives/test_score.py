@@ -109,3 +109,17 @@ def test_trials_of_a_hall_show_each_kind_at_one_place() -> None:
         assert accepted(trial, Sure(pallet)) == expected, trial.kind
     assert found[-1].kind == NOTHING
     assert found[-1].ids == ()
+
+
+@pytest.mark.gl
+def test_a_hall_is_shown_to_an_estimator_and_kept(tmp_path: Path) -> None:
+    (group,) = (entrant("rectangle-fit"),)
+    member = group.members[0]
+    assert isinstance(member, Evaluated)
+    rows, left_out = negative_rows([group], NegativesConfig(("industrial",), 1921, 1, 1), tmp_path, 1)
+    assert not left_out
+    assert {row.n for row in rows if row.group == ALL} == {len(KINDS) - 1}
+    hall = Hall("industrial", 1921, 0, 1, (member,), tmp_path)
+    assert hall.is_made
+    assert [kind for kind, _, _ in hall.scores(member)] == list(KINDS)
+    assert hall.scores(member)[-1] == (NOTHING, 0.0, 0.0), "without a mask it answers nothing"
