@@ -12,21 +12,14 @@ from warehouse_sim.benchmark.ahead import Question, make_ahead
 from warehouse_sim.benchmark.entrants.detected import SEEN
 from warehouse_sim.benchmark.entrants.entrant import Entrant, Evaluated, Group, entrant
 from warehouse_sim.benchmark.entrants.trained import trained, trainings_of
+from warehouse_sim.benchmark.facts import data_facts, detector_facts, estimator_facts, renderers
 from warehouse_sim.benchmark.groups import fixed_subset, lidar_points, split_name
 from warehouse_sim.benchmark.machine import machine
 from warehouse_sim.benchmark.negatives.score import negative_rows
 from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
 from warehouse_sim.benchmark.report.markdown import page
-from warehouse_sim.benchmark.result import (
-    LeftOut,
-    SuiteResult,
-    data_facts,
-    detector_facts,
-    estimator_facts,
-    renderers,
-    write_result,
-)
+from warehouse_sim.benchmark.result import LeftOut, SuiteResult, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
