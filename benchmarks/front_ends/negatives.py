@@ -81,7 +81,7 @@ def summary(scores: dict[str, list[tuple[float, float]]], estimator: str) -> lis
     right = np.array([good for good, _ in scores["pallet"]])
     least = threshold(right.tolist())
     recall = float((right >= least).mean())
-    rows = [{"kind": "pallet", "min_score": least, "n": len(right), "value": recall}]
+    rows: list[dict[str, Any]] = [{"kind": "pallet", "min_score": least, "n": len(right), "value": recall}]
     for kind in KINDS[1:]:
         wrong = np.array([bad for _, bad in scores[kind]])
         fraction = float((wrong >= least).mean())
