@@ -19,8 +19,8 @@ from warehouse_sim.schema import ObjectInstance, SceneSpec, Viewpoint
 
 
 def recipe(fraction: float) -> Recipe:
-    """Return the recipe with racks of three short and low lanes."""
-    layout = {"lanes": 3, "lane_depth": 3, "levels": 2, "sides": "one"}
+    """Return the recipe with racks of five short and low lanes."""
+    layout = {"lanes": 5, "lane_depth": 3, "levels": 2, "sides": "one"}
     views = {"dockable_fraction": fraction}
     return load_recipe("drive_in", {"scene": {"layout": layout, "viewpoints": views, "observations_per_scene": 8}})
 
