@@ -1,8 +1,8 @@
 # Everything a newcomer needs: `make demo` and `make test`. Each installs first what it needs and is missing.
 BIN := .venv/bin
 OUT ?= out/demo
-# Two processes, each with a core: more threads only spin.
-PYTEST := OMP_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+# Two processes, each with a core: more threads only spin. Compiled files are kept, as tests start many processes.
+PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 # Rooms whose tests take seconds, for the inner loop.
 QUICK := annotate catalog evaluation geometry learning schema sensors
 

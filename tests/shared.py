@@ -15,6 +15,11 @@ description: One small view a scene.
 scene: {observations_per_scene: 1}
 sensors: {camera: {width: 204, height: 62, focal_px: 120.0}}
 """
+BARE = """\
+extends: small.yaml
+description: One small view a scene, without the pictures, whose light takes longest.
+sensors: {outputs: [depth, masks, poses]}
+"""
 
 
 @dataclass(frozen=True)
@@ -37,13 +42,21 @@ class Shared:
 
     @property
     def small(self) -> Path:
-        """The file of a recipe for tests that look at runs, files and processes, and at no picture."""
+        """The file of a recipe for tests that look at runs, files and processes."""
+        return self._recipes() / "small.yaml"
 
+    @property
+    def bare(self) -> Path:
+        """The file of the same one without colour, which BOP holds: for tests of runs and processes alone."""
+        return self._recipes() / "bare.yaml"
+
+    def _recipes(self) -> Path:
         def write(folder: Path) -> None:
             folder.mkdir()
             (folder / "small.yaml").write_text(SMALL)
+            (folder / "bare.yaml").write_text(BARE)
 
-        return self.made("recipes", write) / "small.yaml"
+        return self.made("recipes", write)
 
     def dataset(self, recipe: Any = "smoke", **config: Any) -> Path:
         """Return the dataset that ``generate`` makes.

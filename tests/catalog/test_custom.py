@@ -14,9 +14,9 @@ import yaml
 from pxr import Usd, UsdGeom, Vt
 
 from tests.catalog.covering import volume
-from warehouse_sim.catalog.custom import load_custom_object
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import fans, read_parts
+from warehouse_sim.catalog.own_files import load_custom_object
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.physics import settle_scene

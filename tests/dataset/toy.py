@@ -12,7 +12,7 @@ from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.stored.scene_record import Outcome
-from warehouse_sim.dataset.validate import validate
+from warehouse_sim.dataset.validate import Check, requested_checks, run_check, validate
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.mesh import unit_box
@@ -226,6 +226,12 @@ def make_dataset(
 def failures(root: Path) -> dict[str, str]:
     """Return what ``validate`` finds, by the name of the check."""
     return {check.name: check.detail for check in validate(root) if not check.ok}
+
+
+def outcome(root: Path, name: str) -> Check:
+    """Return what one check of ``validate`` says; the others are not run."""
+    (found,) = [run_check(check, seen) for check, seen in requested_checks(root) if check.name == name]
+    return found
 
 
 def write_scene(store: DatasetStore, index: int) -> None:

@@ -128,7 +128,7 @@ def test_the_command_line_names_the_command_that_makes_a_failed_scene_alone(
 
     monkeypatch.setattr(generation, "prepare_scene", fail_at_1)
     root = tmp_path / "data"
-    command = ["generate", str(shared.small), "--out", str(root), "--scenes", "2", "--workers", "1", "--formats", "bop"]
+    command = ["generate", str(shared.bare), "--out", str(root), "--scenes", "2", "--workers", "1", "--formats", "bop"]
     assert main([*command, "--skip-failed"]) == 0
     assert json.loads((root / "manifest.json").read_text())["missing"] == [1]
     skipping = capsys.readouterr().err

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from warehouse_sim.catalog.custom import load_custom_object
+from warehouse_sim.catalog.own_files import load_custom_object
 from warehouse_sim.config import to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe

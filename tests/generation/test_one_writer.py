@@ -26,7 +26,8 @@ def test_a_second_run_is_rejected_and_one_after_a_kill_makes_the_same_bytes(
     shared: Shared, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     root = tmp_path / "data"
-    command = ["generate", str(shared.small), "--out", str(root), "--workers", "1", "--scenes", "3", "--resume"]
+    command = ["generate", str(shared.bare), "--out", str(root), "--workers", "1", "--scenes", "3", "--resume"]
+    command += ["--formats", "bop"]
     first = subprocess.Popen([sys.executable, "-m", "warehouse_sim", *command], stderr=subprocess.DEVNULL)
     wait_for(root / "scenes" / "000000.json")
     first.send_signal(signal.SIGSTOP)  # in the middle of its second scene, for as long as it takes
@@ -42,4 +43,4 @@ def test_a_second_run_is_rejected_and_one_after_a_kill_makes_the_same_bytes(
     assert (root / LOCK).is_file()
     assert main(command) == 0
     assert not (root / LOCK).exists()
-    assert hashes(root) == hashes(shared.dataset(shared.small, scenes=3))
+    assert hashes(root) == hashes(shared.dataset(shared.bare, scenes=3, formats=("bop",)))

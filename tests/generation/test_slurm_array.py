@@ -45,12 +45,12 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.gl
 def test_array_and_merge_make_the_dataset_of_one_run(slurm: Path, shared: Shared, tmp_path: Path) -> None:
     out = tmp_path / "made with a space"
-    words = ["generate", str(shared.small), "--scenes", "3", "--out", str(out), "--on", "slurm-array", "--tasks", "2"]
-    assert main(words) == 0
+    words = ["generate", str(shared.bare), "--scenes", "3", "--formats", "bop", "--out", str(out)]
+    assert main([*words, "--on", "slurm-array", "--tasks", "2"]) == 0
     first, second = slurm.read_text().splitlines()
     assert first.startswith("--parsable /")
     assert second.startswith("--parsable --dependency=afterok:1 ")
-    assert hashes(out) == hashes(shared.dataset(shared.small, scenes=3))
+    assert hashes(out) == hashes(shared.dataset(shared.bare, scenes=3, formats=("bop",)))
 
 
 def test_no_more_tasks_than_scenes_and_what_a_task_may_use(

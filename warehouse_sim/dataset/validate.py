@@ -1,6 +1,6 @@
 """Say of a dataset folder, check by check, whether it can be trusted."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -37,31 +37,33 @@ def validate(root: str | Path, progress: ProgressCallback = lambda fraction, not
         One entry a check; only the first one where the manifest cannot be read or speaks of another folder.
     """
     root = Path(root)
-    if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
-        others = ThirdPartySubject.of(root)
-        return _all(others, [(check, others) for check in checks_of(others)], progress)
     try:
-        subject = Subject(root, read_manifest(root))
-        structure.require_size(subject)
+        requested = requested_checks(root)
     except WarehouseSimError as problem:
+        if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
+            raise
         return [Check("manifest", False, str(problem))]
-    requested = [(check, subject if name is None else subject.of_format(name)) for check, name in _requested(subject)]
-    return _all(subject, requested, progress)
-
-
-def _all(
-    subject: Subject | ThirdPartySubject,
-    requested: Sequence[tuple[NamedCheck, Subject | ThirdPartySubject]],
-    progress: ProgressCallback,
-) -> list[Check]:
-    """Run checks in order, each on the dataset as it is to see it."""
     checks = []
     for number, (check, seen) in enumerate(requested):
         seen.progress = partial(_report_progress, progress, check.name, number, len(requested))
         seen.progress(0.0)
-        checks.append(_run(check, seen))
+        checks.append(run_check(check, seen))
     progress(1.0, f"{len(checks)} checks")
     return checks
+
+
+def requested_checks(root: Path) -> list[tuple[NamedCheck, Subject | ThirdPartySubject]]:
+    """Return the checks of a dataset in their order, each with the dataset as it is to see it.
+
+    Raises:
+        WarehouseSimError: The manifest cannot be read or speaks of another folder.
+    """
+    if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
+        others = ThirdPartySubject.of(root)
+        return [(check, others) for check in checks_of(others)]
+    subject = Subject(root, read_manifest(root))
+    structure.require_size(subject)
+    return [(check, subject if name is None else subject.of_format(name)) for check, name in _requested(subject)]
 
 
 def _requested(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
@@ -83,7 +85,7 @@ def _report_progress(progress: ProgressCallback, name: str, number: int, count: 
     progress((number + fraction) / count, name)
 
 
-def _run(check: NamedCheck, subject: Subject | ThirdPartySubject) -> Check:
+def run_check(check: NamedCheck, subject: Subject | ThirdPartySubject) -> Check:
     """Run one check; what it cannot read is a failure of this check, and the others still run."""
     if isinstance(subject, Subject) and (lacked := check.lacks(subject.manifest.contents.outputs)):
         return Findings(lacking=f"{lacked} is left out").outcome(check.name)

@@ -1,5 +1,10 @@
-"""The environment: a truck before a pallet, to be driven and told when, how far and how high to go in."""
+"""The environment: a truck before a pallet, to be driven and told when, how far and how high to go in.
 
+Scenes that episodes begin in are sampled when they are first needed, and kept.
+"""
+
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import gymnasium
@@ -8,13 +13,66 @@ from gymnasium import spaces
 from jaxtyping import UInt8
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import COLLIDED
+from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, way_is_free
 from warehouse_sim.benchmark.docking.closed_loop.report import DOCKED
-from warehouse_sim.errors import InputError
-from warehouse_sim.generation.recipe import load_recipe
+from warehouse_sim.benchmark.docking.closed_loop.starts import Start, sampled_starts
+from warehouse_sim.errors import InputError, PlacementError
+from warehouse_sim.generation.recipe import Recipe, load_recipe
+from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
+from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.gym.command import Action, Command
 from warehouse_sim.gym.observations import CameraObserver, Observation, Observer, PoseObserver
-from warehouse_sim.gym.scenes import Scenes
 from warehouse_sim.gym.truck import STAND, Truck
+
+_TRIES = 50
+"""Scenes that are tried for one start."""
+
+
+@dataclass(eq=False)
+class Scenes:
+    """Some scenes of a recipe.
+
+    Args:
+        recipe: Of the scenes.
+        seed: Of the scenes.
+        first: Index of the first one.
+        count: How many there are.
+    """
+
+    recipe: Recipe
+    seed: int
+    first: int
+    count: int
+    _kept: dict[int, SampledScene] = field(default_factory=dict, init=False)
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """The truck's."""
+        return self.recipe.sensors.make_camera()
+
+    def start(self, rng: np.random.Generator) -> tuple[SampledScene, Start]:
+        """Sample a scene, a pallet, the side that it is taken by, and where the truck stands before it.
+
+        Raises:
+            PlacementError: A truck has clearance for an approach in none of the scenes that were tried.
+        """
+        camera = self.camera
+        is_free = partial(way_is_free, Setting(self.recipe.name, self.seed, camera))
+        for _ in range(_TRIES):
+            sampled = self._sampled(self.first + int(rng.integers(self.count)))
+            for start in sampled_starts(sampled, camera, is_free, rng):
+                return sampled, start
+        last = self.first + self.count - 1
+        raise PlacementError(
+            f"{self.recipe.name}, seed {self.seed}: in scenes {self.first} to {last} no truck has clearance for an "
+            "approach; use more scenes or another recipe"
+        )
+
+    def _sampled(self, index: int) -> SampledScene:
+        if index not in self._kept:
+            self._kept[index] = sample_settled_scene(self.recipe, self.seed, index)
+        return self._kept[index]
+
 
 _CONTACT = (COLLIDED, "struck", "pushed", "fell")
 """Outcomes after which something is broken."""

@@ -6,7 +6,7 @@ import pytest
 from tests.catalog.covering import volume
 from tests.catalog.pallets.touching import is_closed, reaches_into, same_points
 from warehouse_sim.catalog.pallets import pallet
-from warehouse_sim.catalog.pallets.moulded import grid_deck, lattice_solid, nesting_foot, ribbed_block
+from warehouse_sim.catalog.pallets.plastic import grid_deck, lattice_solid, nesting_foot, ribbed_block
 from warehouse_sim.geometry.pose import make_transform
 
 

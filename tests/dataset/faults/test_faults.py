@@ -8,7 +8,7 @@ import pytest
 
 from tests.dataset.faults.folder import Folder, linked_copy
 from tests.dataset.faults.table import FAULTS, Fault
-from tests.dataset.toy import failures
+from tests.dataset.toy import outcome
 from warehouse_sim.dataset.validate import validate
 
 pytestmark = pytest.mark.gl
@@ -22,9 +22,9 @@ def test_a_healthy_dataset_passes(healthy: Path) -> None:
 def test_a_planted_fault_is_found(healthy: Path, tmp_path: Path, fault: Fault) -> None:
     copy = linked_copy(healthy, tmp_path / "copy")
     fault.plant(Folder(copy, np.random.default_rng(zlib.crc32(fault.name.encode()))))
-    found = failures(copy)
-    assert fault.check in found, found
-    assert fault.words in found[fault.check]
+    found = outcome(copy, fault.check)
+    assert not found.ok
+    assert fault.words in found.detail
 
 
 def test_there_are_forty_faults_and_more() -> None:

@@ -13,8 +13,8 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 from tests.dataset.toy import CAMERA, PALLET, T_CAMERA_LIDAR, failures, make_dataset, make_manifest, make_scene, observe
+from warehouse_sim.dataset.formats.mcap.checks import cloud_of, pose_in_root, read_moments, transforms_of
 from warehouse_sim.dataset.formats.mcap.messages import calibration_message
-from warehouse_sim.dataset.formats.mcap.recording import cloud_of, pose_in_root, read_moments, transforms_of
 from warehouse_sim.dataset.formats.mcap.writer import EPOCH, SceneClock
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome

@@ -1,4 +1,4 @@
-"""Clb against the three products one after the other, and sparse depth against a slow count."""
+"""Sparse depth against a slow count, and recorded calibration against its own formula."""
 
 from pathlib import Path
 
@@ -8,42 +8,14 @@ from sklearn.cluster import KMeans
 
 from warehouse_sim.dataset.formats.kitti.tolerant import read_calib
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.lidar.pointcloud import farthest_points, fill_up, kmeans_centres, resample
-from warehouse_sim.estimators.lidar.projection import LidarCalibration, sparse_depth
+from warehouse_sim.estimators.lidar.projection import sparse_depth
 from warehouse_sim.estimators.lidar.upsample import upsample
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
-from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z, transform_points
+from warehouse_sim.geometry.pose import transform_points
 
 CAMERA = PinholeCamera(60, 40, 50.0, 55.0, 29.0, 19.5)
-
-
-def made() -> LidarCalibration:
-    P = np.array([[721.5, 0.0, 609.6, 44.9], [0.0, 721.5, 172.9, 0.2], [0.0, 0.0, 1.0, 0.003]])
-    axes = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-    Tr = np.column_stack([axes @ rotation_z(0.01), [-0.004, -0.08, -0.27]])
-    return LidarCalibration(P, rotation_x(0.008), Tr)
-
-
-def test_clb_is_the_three_steps_one_after_the_other() -> None:
-    calibration, rng = made(), np.random.default_rng(0)
-    for point in rng.uniform([3, -5, -2], [40, 5, 2], (20, 3)):
-        in_camera = calibration.Tr[:, :3] @ point + calibration.Tr[:, 3]
-        rectified = calibration.R @ in_camera
-        a, b, depth = calibration.P @ np.array([*rectified, 1.0])
-        u, v, d = calibration.to_pixels(point[None])[0]
-        np.testing.assert_allclose([u, v, d], [a / depth, b / depth, depth], rtol=1e-12)
-
-
-def test_a_camera_gives_the_same_pixels_by_matrix_and_by_its_own_formula() -> None:
-    T = make_transform(rotation_z(0.1) @ rotation_x(-0.2), np.array([0.1, 0.2, 5.0]))
-    points = np.random.default_rng(2).uniform(-1, 1, (50, 3))
-    found = LidarCalibration.of_camera(CAMERA, T).to_pixels(points)
-    in_camera = transform_points(T, points)
-    np.testing.assert_allclose(found, np.column_stack([CAMERA.project(in_camera), in_camera[:, 2]]), rtol=1e-12)
-    with pytest.raises(InputError, match="no projection matrix"):
-        LidarCalibration.of_camera(PinholeCamera(60, 40, 50, 50, 30, 20, Distortion(k1=-0.1)), T)
 
 
 @pytest.mark.parametrize("lens", [None, Distortion(k1=-0.3, k2=0.1)])
@@ -73,20 +45,22 @@ def test_an_empty_sweep_is_an_empty_image() -> None:
 
 @pytest.mark.real
 def test_recorded_calibration_and_the_reader_agree(real_data: Path) -> None:
-    """KITTI's camera 2 is 6 cm beside the rectified frame; Clb says so by P, the reader by its T_camera_sensor."""
+    """KITTI's camera 2 is 6 cm beside the rectified frame; P says so, and the reader by its T_camera_sensor."""
     reader = DatasetReader(real_data / "kitti")
     images = [image for split in reader.splits for image in reader.images(split)]
     assert len(images) == 2
     for image in images:
         path = real_data / "kitti" / "training" / "calib" / f"{image.scene_id:06d}.txt"
         matrices = read_calib(path.read_text(), str(path))
-        by_file = LidarCalibration(matrices["P2"], matrices["R0_rect"], matrices["Tr_velo_to_cam"])
         mounted = reader.sweep(image)
         assert mounted is not None
         points = mounted.reading.points[mounted.reading.points[:, 0] > 3.0].astype(float)
-        by_reader = LidarCalibration.of_camera(image.camera, mounted.T_camera_sensor)
-        apart = by_file.to_pixels(points) - by_reader.to_pixels(points)
-        assert np.abs(apart).max() < 1e-3
+        # x = P R Tr X (Geiger et al. 2013, equation 8).
+        in_camera = points @ matrices["Tr_velo_to_cam"][:, :3].T + matrices["Tr_velo_to_cam"][:, 3]
+        scaled = in_camera @ matrices["R0_rect"].T @ matrices["P2"][:, :3].T + matrices["P2"][:, 3]
+        by_reader = transform_points(mounted.T_camera_sensor, points)
+        assert np.abs(scaled[:, 2] - by_reader[:, 2]).max() < 1e-3
+        assert np.abs(scaled[:, :2] / scaled[:, 2:] - image.camera.project(by_reader)).max() < 1e-3
         # The reader's depth image is made by other code.
         found = sparse_depth(image.camera, transform_points(mounted.T_camera_sensor, mounted.reading.points))
         same = np.abs(found.depth - reader.depth(image)) < 1e-4

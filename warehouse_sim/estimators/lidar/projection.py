@@ -1,62 +1,23 @@
-"""Sweeps onto images: KITTI's calibration as one matrix, and depth images of sweeps."""
+"""Sweeps onto images: which point a pixel shows, and depth images of sweeps."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
-from warehouse_sim.errors import DatasetError, InputError
+from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.lidar.upsample import HEIGHT_PX, upsample
 from warehouse_sim.estimators.settings import DepthSource
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.clouds import cloud_to_depth
-from warehouse_sim.geometry.pose import Transform, transform_points
+from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.schema import LidarScan, MountedReading
 
 NEAREST = 0.1
 """Depth (m) below which a point is not before the camera."""
-
-
-@dataclass(frozen=True, eq=False)
-class LidarCalibration:
-    """What leads from a LiDAR's frame to the pixels of a camera without a lens, as KITTI writes it (Geiger 2013)."""
-
-    P: Float[np.ndarray, "3 4"]
-    """Rectified frame to homogeneous pixels; the last column puts the camera beside the rectified frame."""
-    R: Float[np.ndarray, "3 3"]
-    """Camera to rectified frame."""
-    Tr: Float[np.ndarray, "3 4"]
-    """LiDAR to camera frame (m)."""
-
-    @classmethod
-    def of_camera(cls, camera: PinholeCamera, T_camera_lidar: Transform) -> "LidarCalibration":
-        """Return the calibration of a camera whose own frame is the rectified one.
-
-        Raises:
-            InputError: The camera has a lens, which is no matrix.
-        """
-        if camera.distortion is not None:
-            raise InputError("a lens has no projection matrix; project with sparse_depth, or undistort the image")
-        return cls(np.hstack([camera.K, np.zeros((3, 1))]), np.eye(3), np.asarray(T_camera_lidar, dtype=float)[:3])
-
-    @property
-    def Clb(self) -> Float[np.ndarray, "4 4"]:
-        """P R Tr with each factor filled up to 4 x 4: maps (x, y, z, 1) of the LiDAR to (u d, v d, d, 1)."""
-        P, R, Tr = np.eye(4), np.eye(4), np.eye(4)
-        P[:3], R[:3, :3], Tr[:3] = self.P, self.R, self.Tr
-        return np.asarray(P @ R @ Tr)
-
-    def to_pixels(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Return column, row (px) and depth along the optical axis (m) of points of the LiDAR (m).
-
-        What lies behind the camera has a depth below 0, and what the formula gives for its pixel.
-        """
-        scaled = np.asarray(points, dtype=float) @ self.Clb[:3, :3].T + self.Clb[:3, 3]
-        depth = np.where(scaled[:, 2:] == 0.0, np.nan, scaled[:, 2:])
-        return np.hstack([scaled[:, :2] / depth, scaled[:, 2:]])
 
 
 def read_sweep(

@@ -6,8 +6,7 @@ from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.pallets import PALLETS
 from warehouse_sim.catalog.pallets.wear.brands import SKIN, framed_brand, lettering, oval_brand
-from warehouse_sim.catalog.pallets.wear.damaged import WearConfig
-from warehouse_sim.catalog.pallets.wear.surface import STAGES, stain_shape
+from warehouse_sim.catalog.pallets.wear.damaged import STAGES, WearConfig, stain_shape
 from warehouse_sim.geometry.pose import rotation_z
 
 

@@ -10,8 +10,7 @@ import torch
 
 from tests.estimators.detectors.rtdetr.conftest import IMAGES, SMALLEST
 from warehouse_sim.cli.main import main
-from warehouse_sim.estimators.detectors.rtdetr import loss as module
-from warehouse_sim.estimators.detectors.rtdetr.loss import covered, make_loss
+from warehouse_sim.estimators.detectors.rtdetr import train as module
 from warehouse_sim.estimators.detectors.rtdetr.network import (
     SIZES,
     Found,
@@ -20,7 +19,7 @@ from warehouse_sim.estimators.detectors.rtdetr.network import (
     RtdetrRun,
     make_detr,
 )
-from warehouse_sim.estimators.detectors.rtdetr.train import as_labels
+from warehouse_sim.estimators.detectors.rtdetr.train import as_labels, covered, make_loss
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.images.settings import ImageConfig
 
