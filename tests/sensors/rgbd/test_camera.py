@@ -12,7 +12,7 @@ from warehouse_sim.schema import RenderBuffers
 from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd import RgbdConfig, read_rgbd
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
-from warehouse_sim.sensors.rgbd.color.camera import add_glare, spread_points
+from warehouse_sim.sensors.rgbd.color.optics import add_glare, spread_points
 from warehouse_sim.sensors.rgbd.color.pixels import linear_light
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 from warehouse_sim.sensors.view import Capture

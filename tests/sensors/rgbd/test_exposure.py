@@ -9,7 +9,8 @@ from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion
 from warehouse_sim.sensors.motion import Motion
 from warehouse_sim.sensors.rgbd.color import IDEAL_COLOR, ColorConfig, read_color
-from warehouse_sim.sensors.rgbd.color.camera import blur_by_motion, flicker_factor, image_flow
+from warehouse_sim.sensors.rgbd.color.camera import flicker_factor
+from warehouse_sim.sensors.rgbd.color.optics import blur_by_motion, image_flow
 
 CAMERA = PinholeCamera.from_focal(120, 90, 100.0)
 RNG = np.random.default_rng(4)
