@@ -1,10 +1,13 @@
-"""Processes that this package starts: they end with the one that started them; one thread each, freed memory kept."""
+"""Processes that make scenes: they end with the one that started them, and what Python and libraries do for each."""
 
 import ctypes
+import gc
 import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from multiprocessing import connection, parent_process
 
 _PR_SET_PDEATHSIG = 1
@@ -63,3 +66,21 @@ def keep_freed_memory() -> None:
     if mallopt is not None:
         mallopt(_MMAP_THRESHOLD, _LARGEST_MMAP_THRESHOLD)
         mallopt(_TRIM_THRESHOLD, _KEPT_BYTES)
+
+
+_OBJECTS_BETWEEN = 50_000
+"""New objects, less those that went, after which Python looks for cycles; 700 by default."""
+
+
+@contextmanager
+def few_collections() -> Iterator[None]:
+    """Let Python look for cycles of objects less often while the block runs.
+
+    A scene is many objects that live as long as it does, and hardly any of them are in a cycle.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(_OBJECTS_BETWEEN, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)

@@ -1,4 +1,5 @@
 import json
+import os
 import re
 import subprocess
 import sys
@@ -26,6 +27,17 @@ def test_list_shows_every_kind_of_name(capsys) -> None:
     assert code == 0
     for name in ("demo", "smoke", "epal1", "lidar", "raster", "kitti", "bop"):
         assert name in out
+
+
+@pytest.mark.parametrize(("chosen", "threads"), [(None, "1"), ("3", "3")])
+def test_generate_gives_matrices_one_thread_unless_another_number_is_set(
+    capsys, monkeypatch: pytest.MonkeyPatch, chosen: str | None, threads: str
+) -> None:
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", chosen or "")
+    if chosen is None:
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    assert run(capsys, "generate", "--help")[0] == 0
+    assert os.environ["OPENBLAS_NUM_THREADS"] == threads
 
 
 def test_list_names_every_preset_and_folds_sizes(capsys) -> None:

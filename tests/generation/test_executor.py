@@ -1,5 +1,6 @@
 """Processes that make scenes: killed, failing, orphaned."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -39,6 +40,22 @@ def killed(folder: Path, fatal: dict[int, int], index: int) -> int:
 def test_every_scene_is_made_once(workers: int) -> None:
     assert made(square, range(7), workers) == {index: index**2 for index in range(7)}
     assert made(square, range(0), workers) == {}
+
+
+def objects_between(index: int) -> int:
+    return gc.get_threshold()[0]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_cycles_are_looked_for_less_often_while_a_scene_is_made(workers: int) -> None:
+    before = gc.get_threshold()
+    gc.set_threshold(700)
+    try:
+        found = made(objects_between, range(2), workers)
+        assert gc.get_threshold()[0] == 700
+    finally:
+        gc.set_threshold(*before)
+    assert all(isinstance(value, int) and value > 10 * 700 for value in found.values())
 
 
 def test_a_worker_that_is_killed_costs_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -8,6 +8,7 @@ import pytest
 from tests.generation.light.floor_walks import floor_lux_by_walks
 from warehouse_sim.errors import RecipeError
 from warehouse_sim.generation.light import LightMeter, light_scene, measure_conditions, target_illuminance
+from warehouse_sim.generation.light.meter import spread_pixels
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -152,6 +153,17 @@ def test_a_targets_illuminance_is_that_of_the_surface_that_is_seen() -> None:
     hidden = max(item.instance_id for item in scene.instances) + 1
     assert target_illuminance(LightMeter(scene, caster), view, CAMERA, ids, [hidden]) == {}
     assert target_illuminance(LightMeter(scene, caster), view, CAMERA, ids, []) == {}
+
+
+def test_pixels_of_targets_are_spread_over_each_of_them_alone() -> None:
+    ids = np.zeros((60, 90), np.int32)
+    ids[6:40, 9:50], ids[10:30, 20:30], ids[1:3, 1:4], ids[59, 89] = 7, 900, 5, 3
+    targets = [900, 3, 5, 7, 8]
+    for target, pixels in zip(targets, spread_pixels(ids, targets), strict=True):
+        coarse, every = np.argwhere(ids[::3, ::3] == target) * 3, np.argwhere(ids == target)
+        found = coarse if len(coarse) >= 12 else every
+        count = min(len(found), 12)
+        assert np.array_equal(pixels, found[np.linspace(0, len(found) - 1, count).round().astype(int)])
 
 
 def test_a_hall_without_luminaires_over_its_aisle_is_rejected() -> None:

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Self
 
 from warehouse_sim.generation.executor.failures import Failures, Skip, time_limit, too_long
-from warehouse_sim.processes import end_at_once_with_parent, keep_freed_memory, prepare_worker
+from warehouse_sim.processes import end_at_once_with_parent, few_collections, keep_freed_memory, prepare_worker
 
 Work = Callable[[int], Any]
 """Makes the scene of that index."""
@@ -98,7 +98,7 @@ def _make_here(open_work: OpenWork, scene_indices: Iterable[int], limit_s: float
             again = True
             while again:
                 try:
-                    with time_limit(limit_s):
+                    with time_limit(limit_s), few_collections():
                         result = work(index)
                 except Exception as problem:
                     again = failures.raised(index, problem)
@@ -298,7 +298,9 @@ def _serve(pipe: Connection, of_main_thread: bool) -> None:
                 if work is None:
                     work = opened.enter_context(pickle.loads(open_work)())
                     pipe.send(_OPENED)
-                pipe.send((work(index), None))
+                with few_collections():
+                    result = work(index)
+                pipe.send((result, None))
             except Exception as problem:
                 pipe.send((None, _picklable(problem)))
 

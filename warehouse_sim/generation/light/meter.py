@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int32
+from jaxtyping import Float, Int, Int32
 
 from warehouse_sim.color import LUMINANCE
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -248,7 +248,7 @@ def target_illuminance(
         instance_mask: What it sees, as rendered.
         targets: Instance ids.
     """
-    pixels = [_spread(instance_mask, target) for target in targets]
+    pixels = spread_pixels(instance_mask, targets)
     rows = np.concatenate([np.zeros((0, 2), int), *pixels])
     owners = np.repeat(np.asarray(targets, int), [len(item) for item in pixels])
     origin, directions = rays_through(viewpoint, camera, rows[:, 1], rows[:, 0])
@@ -262,10 +262,23 @@ def target_illuminance(
     return {int(target): float(values[owners == target].mean()) for target in np.unique(owners)}
 
 
-def _spread(instance_mask: Int32[np.ndarray, "h w"], target: int) -> Int32[np.ndarray, "k 2"]:
-    """Return rows and columns of at most ``_TARGET_POINTS`` pixels spread evenly over those that show ``target``."""
-    found = np.argwhere(instance_mask[::_STRIDE, ::_STRIDE] == target) * _STRIDE
-    if len(found) < _TARGET_POINTS:
-        found = np.argwhere(instance_mask == target)
-    steps = np.linspace(0, len(found) - 1, min(_TARGET_POINTS, len(found))).round().astype(int)
-    return found[steps]
+def spread_pixels(instance_mask: Int32[np.ndarray, "h w"], targets: Sequence[int]) -> list[Int[np.ndarray, "k 2"]]:
+    """Return rows and columns of at most ``_TARGET_POINTS`` pixels of each target, spread evenly over those it has."""
+    found = [pixels * _STRIDE for pixels in _pixels_of(instance_mask[::_STRIDE, ::_STRIDE], targets)]
+    few = [number for number, pixels in enumerate(found) if len(pixels) < _TARGET_POINTS]
+    for number, pixels in zip(few, _pixels_of(instance_mask, [targets[number] for number in few]), strict=True):
+        found[number] = pixels
+    counts = [min(_TARGET_POINTS, len(pixels)) for pixels in found]
+    steps = (np.linspace(0, len(pixels) - 1, count) for pixels, count in zip(found, counts, strict=True))
+    return [pixels[step.round().astype(int)] for pixels, step in zip(found, steps, strict=True)]
+
+
+def _pixels_of(ids: Int32[np.ndarray, "h w"], targets: Sequence[int]) -> list[Int[np.ndarray, "k 2"]]:
+    """Return rows and columns of the pixels of each target, row by row; one look at the image for all of them."""
+    wanted = np.zeros(max([int(ids.max()), *targets]) + 1, bool)
+    wanted[list(targets)] = True
+    pixels = np.argwhere(wanted[ids])
+    owners = ids[pixels[:, 0], pixels[:, 1]]
+    order = np.argsort(owners, kind="stable")
+    first, last = (np.searchsorted(owners[order], targets, side) for side in ("left", "right"))
+    return [pixels[order[a:b]] for a, b in zip(first, last, strict=True)]
