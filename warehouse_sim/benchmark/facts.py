@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from warehouse_sim.benchmark.entrants.entrant import ORACLE, Evaluated, Group
-from warehouse_sim.benchmark.entrants.weights import weights_digest
+from warehouse_sim.benchmark.kept import weights_digest
 from warehouse_sim.benchmark.result import DataFacts, EstimatorFacts
 from warehouse_sim.benchmark.scored import Answer, Opened
 

@@ -8,6 +8,8 @@ from typing import Any
 from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.estimators.own.source import is_own_source, source_file
+from warehouse_sim.resources import data_folder
 
 INPUTS = "inputs.json"
 """In the folder of what is kept, written last: what it was made of."""
@@ -28,6 +30,25 @@ def file_digest(path: Path) -> str:
         whole.update(f"{file.relative_to(path).as_posix()}\n".encode())
         whole.update(hashlib.sha256(file.read_bytes()).digest())
     return whole.hexdigest()
+
+
+_DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "uncertainty.yaml")
+"""What of a model's folder its answers depend on."""
+
+
+def weights_digest(name: str) -> str:
+    """Return the SHA-256 of all files that a model's answers depend on; empty where there are none.
+
+    Of a user's own estimator that is the file which holds it.
+    """
+    if is_own_source(name):
+        file = source_file(name)
+        return "" if file is None else digest([[file.name, file_digest(file)]])
+    folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
+    files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern)) if folder.is_dir() else []
+    if Path(name).is_file():  # a file of detections
+        files = [Path(name)]
+    return digest([[path.name, file_digest(path)] for path in files]) if files else ""
 
 
 def folder_for(root: Path, name: str, inputs: Any) -> Path:

@@ -10,8 +10,7 @@ import numpy as np
 
 from warehouse_sim.benchmark.entrants.subset import subset_answers
 from warehouse_sim.benchmark.entrants.ways import Way, answers, way_of
-from warehouse_sim.benchmark.entrants.weights import weights_digest
-from warehouse_sim.benchmark.kept import file_digest
+from warehouse_sim.benchmark.kept import file_digest, weights_digest
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord

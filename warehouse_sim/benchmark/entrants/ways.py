@@ -17,7 +17,7 @@ import numpy as np
 
 from warehouse_sim.benchmark.disturbances import UNNAMED, disturbance
 from warehouse_sim.benchmark.entrants.detected import SEEN, KeptFinder
-from warehouse_sim.benchmark.entrants.weights import weights_digest
+from warehouse_sim.benchmark.kept import weights_digest
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, UnknownNameError

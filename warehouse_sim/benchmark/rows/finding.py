@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.benchmark.entrants.entrant import ORACLE
-from warehouse_sim.benchmark.entrants.weights import weights_digest
-from warehouse_sim.benchmark.kept import folder_for, is_kept, keep
+from warehouse_sim.benchmark.kept import folder_for, is_kept, keep, weights_digest
 from warehouse_sim.benchmark.rows.row import Row, Table
 from warehouse_sim.benchmark.rows.scores import mean_row
 from warehouse_sim.benchmark.scored import Opened
