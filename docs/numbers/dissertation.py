@@ -89,7 +89,7 @@ def _summary(found: Sequence[Section]) -> str:
     rows = [["table or figure", "sentence", "on our data"], ["---"] * 3]
     for item in found:
         rows += [[item.title, claim["says"], f"**{item.outcome(claim).verdict}**"] for claim in item.claims]
-        rows += [] if item.claims else [[item.title, "-", "-"]]
+        rows += [] if item.claims else [[item.title, "no sentence", "-"]]
     return "## Summary\n\n" + _table(rows)
 
 
@@ -131,7 +131,7 @@ def _cell(place: Place, boxes: Boxes | None) -> str:
         values = values_of(place, boxes)
         return f"{_box(100 * np.array(list(values.values())))} ({len(values)} geometries)"
     trainings = f", {found.trainings} trainings" if found.trainings > 1 else ""
-    count = f" (n {found.n}{trainings})" if found.n else ""
+    count = f" (n={found.n}{trainings})" if found.n else ""
     return f"**{percent(found).replace(' ', '** ', 1)}{count}"
 
 

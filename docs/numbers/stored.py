@@ -70,7 +70,8 @@ def place_of(*layers: Given) -> Place:
     file = keys.pop("file", None) or f"suites/{keys.pop('suite')}"
     value = keys.pop("value", "value")
     first = layers[0]
-    return Place(file, keys, value, {} if isinstance(first, str) else {key: str(first[key]) for key in first})
+    known = {} if isinstance(first, str) else {key: str(first[key]) for key in first}
+    return Place(file, keys, value, {**_PLAIN, **known})
 
 
 @cache

@@ -153,5 +153,5 @@ def _paired(one: Place, other: Place, found: Number) -> str:
 def _side_by_side(places: Sequence[Place], verdict: Verdict) -> str:
     one, other = places
     first, second = _numbers(places)
-    meet = "which meet" if verdict == OPEN else "apart"
+    meet = "which meet" if verdict == OPEN else "which lie apart"
     return f"{one.differs(other)} {percent(first)} and {other.differs(one)} {percent(second)}, {meet}"
