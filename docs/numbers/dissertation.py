@@ -174,12 +174,13 @@ def _freshness(found: Sequence[Section]) -> str:
     head = [
         "suite",
         "stored",
-        "of the suite, not in the stored result",
-        "made with other weights or settings than today's",
+        "by version",
+        "in the suite, not in the result",
+        "made with other weights or settings than now",
     ]
     text = (
         "## How old the stored rows are\n\nThe last column compares SHA-256 digests of weights and settings; a renamed "
-        "setting changes one, too. Rows of these estimators were measured before that change."
+        "setting changes one, too. The commands above make data and rows again, with the version that runs them."
     )
     return f"{text}\n\n{_table([head, ['---'] * len(head), *lines(list(suites))])}"
 

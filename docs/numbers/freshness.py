@@ -16,17 +16,18 @@ def unstored() -> list[str]:
 
 
 def lines(names: list[str]) -> Iterator[list[str]]:
-    """Yield the cells of each suite: name, size, what its result lacks, whose files have changed."""
+    """Yield the cells of each suite: name, size, version, what its result lacks, whose files have changed."""
     for name in names:
         path = RESULTS / "suites" / f"{name}.json"
         if not path.is_file():
-            yield [f"`{name}`", "no stored result", "-", "-"]
+            yield [f"`{name}`", "no stored result", "-", "-", "-"]
             continue
         result, suite = read_result(path), load_suite(name)
         size = ", ".join(f"{item.images} images, {item.ground_truths} objects" for item in result.data)
         yield [
             f"`{name}`",
             f"{'quick' if result.quick else 'full'}: {size}",
+            result.machine["packages"]["warehouse-sim"],
             _listed(lacking(suite, result)),
             _changed(suite, result),
         ]
