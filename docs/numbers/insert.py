@@ -1,7 +1,8 @@
-"""Insert stored results into README.md and docs/results.md: ``python -m docs.numbers.insert [--check]``.
+"""Insert stored results into the pages: ``python -m docs.numbers.insert [--check]``.
 
 ``rows.yaml`` beside this file says which row of which result file stands where; no number is typed. A table stands
 between ``<!-- numbers: NAME -->`` and ``<!-- end -->``; ``--check`` changes nothing and fails where a page is stale.
+The page of the dissertation's tables is written as a whole.
 """
 
 import json
@@ -12,6 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+
+from docs.numbers.dissertation import PAGE, page
+from docs.numbers.freshness import unstored
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -90,10 +94,33 @@ class Table:
         return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
-def tables() -> dict[str, Table]:
-    """Return the tables of ``rows.yaml`` by name."""
+@dataclass(frozen=True)
+class Unstored:
+    """The sentence that names the suites without a stored result."""
+
+    page: str = "docs/benchmark.md"
+    """Path below the repository's root."""
+
+    def text(self) -> str:
+        """Return the sentence."""
+        names = ", ".join(f"`{name}`" for name in unstored())
+        return f"No full result is stored of {names}." if names else "Every suite has one."
+
+
+def tables() -> dict[str, Table | Unstored]:
+    """Return what is inserted, by name: the tables of ``rows.yaml``, and the suites without a stored result."""
     data = yaml.safe_load(Path(__file__).with_name("rows.yaml").read_text(encoding="utf-8"))
-    return {name: Table(**{**item, "rows": tuple(Row(**row) for row in item["rows"])}) for name, item in data.items()}
+    made = {name: Table(**{**item, "rows": tuple(Row(**row) for row in item["rows"])}) for name, item in data.items()}
+    return {**made, "unstored": Unstored()}
+
+
+def pages() -> dict[str, str]:
+    """Return the whole text of each page that holds numbers, by its path below the root, as it should be."""
+    found = {PAGE: page()}
+    for name, table in tables().items():
+        before = found.get(table.page) or (ROOT / table.page).read_text(encoding="utf-8")
+        found[table.page] = inserted(before, name, table.text())
+    return found
 
 
 def inserted(text: str, name: str, table: str) -> str:
@@ -113,17 +140,15 @@ def _short(command: str) -> str:
 
 
 def main() -> int:
-    """Insert all tables; with ``--check`` only say which pages are not up to date."""
+    """Write all pages; with ``--check`` only say which are not up to date."""
     stale = []
-    for name, table in tables().items():
-        page = ROOT / table.page
-        before = page.read_text(encoding="utf-8")
-        after = inserted(before, name, table.text())
-        if after != before:
-            stale.append(table.page)
+    for name, text in pages().items():
+        path = ROOT / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            stale.append(name)
             if "--check" not in sys.argv:
-                page.write_text(after, encoding="utf-8")
-    print(f"{'stale' if '--check' in sys.argv else 'written'}: {', '.join(sorted(set(stale))) or 'nothing'}")
+                path.write_text(text, encoding="utf-8")
+    print(f"{'stale' if '--check' in sys.argv else 'written'}: {', '.join(sorted(stale)) or 'nothing'}")
     return int("--check" in sys.argv and bool(stale))
 
 
