@@ -14,9 +14,9 @@ import numpy as np
 import tyro
 from jaxtyping import Float, UInt8
 
-from benchmarks.estimators.data import made
 from benchmarks.front_ends.layouts import FOLDER, LAYOUTS, data
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from trainings.data import made
 from warehouse_sim.dataset.reader import DatasetReader
 
 _WIDTH, _IMAGES = 640, 24

@@ -17,10 +17,10 @@ from jaxtyping import Float, Int, UInt8
 from sklearn.metrics import roc_auc_score
 from torch import Tensor, nn
 
-from benchmarks.estimators.data import made
 from benchmarks.front_ends.layouts import FOLDER, data
 from benchmarks.look import photographs_in
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from trainings.data import made
 from warehouse_sim.dataset.reader import DatasetReader
 
 Patches = UInt8[np.ndarray, "n s s 3"]

@@ -11,9 +11,9 @@ import torch
 import tyro
 
 from benchmarks.estimators import bounds, card, table
-from benchmarks.estimators.data import CARTONS, FOLDER, SCORED, made
 from benchmarks.estimators.headline import headline, observations
 from benchmarks.estimators.score import SETTINGS, VERIFICATION, bound_rows, rows, score
+from trainings.data import CARTONS, FOLDER, SCORED, made
 from warehouse_sim.estimators.registries import trained_names
 from warehouse_sim.evaluation import Scores
 from warehouse_sim.resources import data_folder
@@ -71,7 +71,7 @@ def _merged(found: list[dict]) -> dict:
     return {
         "machine": {"cores": os.cpu_count(), "torch": torch.__version__},
         "command": "python -m benchmarks.estimators --write",
-        "data": "test splits of benchmarks/estimators/data.py: unseen scenes, ground-truth masks, objects at least "
+        "data": "test splits of trainings/data.py: unseen scenes, ground-truth masks, objects at least "
         "10 % visible; missed objects count as failures; intervals: 95 %, bootstrap over scenes",
         "rows": [row for row in old if row["method"] not in renewed] + found,
     }

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import FOLDER, SCORED, made
 from benchmarks.estimators.score import SETTINGS, Setting, place_of
+from trainings.data import FOLDER, SCORED, made
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.pose.densefusion.calibrate import surface_distance
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration

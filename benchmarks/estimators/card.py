@@ -6,8 +6,8 @@ from pathlib import Path
 import yaml
 
 from benchmarks.estimators import bounds
-from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.estimators.headline import RECIPE, SCENES, SEED, Headline
+from trainings.bundle import FIRST_STAGE
 from warehouse_sim.estimators.pose.densefusion.calibration import read_calibration
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.registries import ESTIMATORS
@@ -117,7 +117,7 @@ def _description(model: Path) -> list[str]:
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in config.datasets)
     facts = {
         "size": f"{train.size}, {results[-1]['parameters']:,} parameters",
-        "trained on": f"train splits of {data}; seeds in `benchmarks/estimators/data.py`, digests of the manifests",
+        "trained on": f"train splits of {data}; seeds in `trainings/data.py`, digests of the manifests",
         "samples": " and then ".join(
             f"{result['samples']:,} samples in {result['steps']:,} steps of {train.batch} ({result['train_crops']:,} "
             "distinct crops)"

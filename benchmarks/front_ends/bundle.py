@@ -8,15 +8,15 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.estimators.bundle import bundle
 from benchmarks.front_ends import card
-from benchmarks.front_ends.data import FOLDER
-from benchmarks.front_ends.train import PLANS, in_order
 from benchmarks.result import RESULTS
+from trainings.bundle import bundle
+from trainings.data import FRONT_ENDS
+from trainings.front_ends import PLANS, in_order
 from warehouse_sim.resources import data_folder
 
 
-def main(folder: Path = FOLDER, methods: tuple[str, ...] = (), cards_only: bool = False) -> None:
+def main(folder: Path = FRONT_ENDS, methods: tuple[str, ...] = (), cards_only: bool = False) -> None:
     """Bundle the runs that are complete, and write the cards of all that are bundled.
 
     Args:

@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-from benchmarks.estimators.bundle import FIRST_STAGE
 from benchmarks.result import percent_cell
+from trainings.bundle import FIRST_STAGE
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.lidar.sweep.network import SweepRun
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
@@ -111,14 +111,11 @@ def _before(model: Path, name: str) -> str:
 def _sources(datasets: Sequence[Source]) -> str:
     if len(datasets) > _MOST_NAMED:
         return (
-            f"{len(datasets)} datasets of `benchmarks/front_ends/warehouses.py`, whose numbers are their seeds; "
+            f"{len(datasets)} datasets of `trainings/warehouses.py`, whose numbers are their seeds; "
             "digests of the manifests in config.yaml"
         )
     data = ", ".join(f"`{item.name}` ({item.sha256[:12]})" for item in datasets)
-    return (
-        f"train splits of {data}; seeds in `benchmarks/front_ends/data.py` and `benchmarks/estimators/data.py`, "
-        "digests of the manifests"
-    )
+    return f"train splits of {data}; seeds in `trainings/data.py`, digests of the manifests"
 
 
 def _row(row: dict[str, Any]) -> str:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import Data, made
 from benchmarks.estimators.score import docking_in_range
-from benchmarks.front_ends.data import FOLDER, TEST_DISTANCE, TEST_INDUSTRIAL
+from benchmarks.front_ends.data import TEST_DISTANCE, TEST_INDUSTRIAL
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from trainings.data import FRONT_ENDS, Data, made
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.estimators.predict import predict
@@ -72,7 +72,7 @@ CASES = (
 
 
 def main(
-    folder: Path = FOLDER, only: tuple[str, ...] = (), workers: int = os.cpu_count() or 1, write: bool = False
+    folder: Path = FRONT_ENDS, only: tuple[str, ...] = (), workers: int = os.cpu_count() or 1, write: bool = False
 ) -> None:
     """Predict, score and print.
 

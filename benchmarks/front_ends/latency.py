@@ -13,8 +13,9 @@ import numpy as np
 import torch
 import tyro
 
-from benchmarks.front_ends.data import FOLDER, TEST_INDUSTRIAL
+from benchmarks.front_ends.data import TEST_INDUSTRIAL
 from benchmarks.result import RESULTS, rounded, write_result
+from trainings.data import FRONT_ENDS
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.boxes import suppress
@@ -37,7 +38,7 @@ _POINTS = 500
 
 
 def main(
-    data: Path = FOLDER / "data" / TEST_INDUSTRIAL.folder_name,
+    data: Path = FRONT_ENDS / "data" / TEST_INDUSTRIAL.folder_name,
     runs: Path | None = None,
     images: int = 20,
     write: bool = False,

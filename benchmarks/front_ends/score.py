@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import Data, made
-from benchmarks.front_ends.data import FOLDER, SCORED_ON, TEST_DISTANCE, TEST_INDUSTRIAL
+from benchmarks.front_ends.data import SCORED_ON, TEST_DISTANCE, TEST_INDUSTRIAL
 from benchmarks.front_ends.sweeps import SWEEP_QUESTIONS, answer_in_sweeps
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from trainings.data import FRONT_ENDS, Data, made
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import FoundObject, read_results, write_results
 from warehouse_sim.estimators.predict import detect
@@ -87,7 +87,7 @@ QUESTIONS = (
 
 
 def main(
-    folder: Path = FOLDER, runs: Path | None = None, only: tuple[str, ...] = (), workers: int = os.cpu_count() or 1
+    folder: Path = FRONT_ENDS, runs: Path | None = None, only: tuple[str, ...] = (), workers: int = os.cpu_count() or 1
 ) -> None:
     """Score all that is trained.
 

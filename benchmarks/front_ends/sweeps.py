@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from benchmarks.estimators.data import Data
 from benchmarks.front_ends.data import TEST_DISTANCE, TEST_INDUSTRIAL
+from trainings.data import Data
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.estimators.detectors.estimator import DetectConfig

@@ -2,12 +2,12 @@
 
 import pytest
 
-from benchmarks.estimators.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY
-from benchmarks.front_ends.data import FULLY_LABELLED, SCORED_ON, TARGETS, WITH_SWEEPS
+from benchmarks.front_ends.data import SCORED_ON
 from benchmarks.front_ends.end_to_end import CASES
 from benchmarks.front_ends.score import QUESTIONS
 from benchmarks.front_ends.sweeps import SWEEP_QUESTIONS
-from benchmarks.front_ends.train import PLANS, in_order
+from trainings.data import CARTONS, FULLY_LABELLED, MORE_CARTONS, ROBUST, SCORED, TARGETS, TRAINED_ONLY, WITH_SWEEPS
+from trainings.front_ends import PLANS, in_order
 from warehouse_sim.estimators.train import trainable
 
 POSE = (*SCORED, *CARTONS, *TRAINED_ONLY, *MORE_CARTONS, *ROBUST)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from benchmarks.estimators.data import made
 from benchmarks.front_ends import layouts
 from benchmarks.front_ends.layout_card import write
 from benchmarks.result import RESULTS
 from tests.shared import Shared
+from trainings.data import made
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict

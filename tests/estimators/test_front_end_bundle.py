@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.estimators import bundle as bundling
 from benchmarks.front_ends import card
+from trainings import bundle as bundling
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
 from warehouse_sim.estimators.detectors.settings import WantedConfig

@@ -1,6 +1,6 @@
 """Train, calibrate and bundle the estimators: the recipe of the weights in models/.
 
-python -m benchmarks.estimators.train [--methods densefusion-depth] [--minutes 120]
+python -m trainings.poses [--methods densefusion-depth] [--minutes 120]
 
 What is missing is generated first. Every stage can be interrupted, and goes on when the command is given again.
 """
@@ -11,8 +11,8 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.estimators.bundle import bundle
-from benchmarks.estimators.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY, Data, made
+from trainings.bundle import bundle
+from trainings.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY, Data, made
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, Preset, TrainConfig, with_preset
 from warehouse_sim.estimators.registries import trained_names

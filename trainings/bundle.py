@@ -1,6 +1,6 @@
 """Put a finished run into models/: what prediction needs, its settings, result and curves; weights in half precision.
 
-python -m benchmarks.estimators.bundle RUN --name densefusion-pointcloud
+python -m trainings.bundle RUN --name densefusion-pointcloud
 """
 
 import shutil

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.estimators import uncertainty_fit
-from benchmarks.estimators.uncertainty_samples import Samples, joined
+from trainings import uncertainty_fit
+from trainings.uncertainty_samples import Samples, joined
 from warehouse_sim.estimators.pose.uncertainty.model import Uncertainty, read_uncertainty, write_uncertainty
 
 NAMES = ("log_range", "noise", "nothing")

@@ -1,4 +1,4 @@
-"""The datasets that bundled estimators are trained and scored on; made when they are missing."""
+"""The datasets that the bundled weights are trained on, each with a seed of its own; made when they are missing."""
 
 import os
 from dataclasses import dataclass, replace
@@ -10,7 +10,8 @@ from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
-FOLDER = Path("out/estimators")
+FOLDER, FRONT_ENDS = Path("out/estimators"), Path("out/front_ends")
+"""Where data and runs of pose estimators are kept, and of what finds objects for them."""
 _TEST_ONLY = SplitConfig(0.0, 0.0, 1.0)
 
 
@@ -60,7 +61,7 @@ class Data:
 
     @property
     def folder_name(self) -> str:
-        """Name of the folder, and in tables."""
+        """Name of the folder."""
         return self.name or self.recipe
 
 
@@ -86,6 +87,29 @@ ROBUST = (
     Data("robust_drive_in", 9, scenes=40),
 )
 """Every depth camera, mounting and pallet: 350 scenes, 4,200 images, about 24,000 crops in 50 minutes of one core."""
+
+TARGETS = ("pallet", "person", "forklift")
+_LEARNT = SplitConfig(0.9, 0.1, 0.0)
+"""What is scored has sets of its own."""
+_SWEEPS = ("kitti", "bop")
+
+WITH_SWEEPS = (
+    Data("industrial", 1901, "front_industrial", 45, 12, _LEARNT, targets=TARGETS, formats=_SWEEPS),
+    Data("distance_study", 1903, "front_distance", 36, 9, _LEARNT, "", "dissertation", TARGETS, _SWEEPS),
+)
+"""64 beams and KITTI's camera."""
+FULLY_LABELLED = (
+    *WITH_SWEEPS,
+    Data("domain_random", 1902, "front_random", 60, 6, _LEARNT, targets=TARGETS),
+    Data("selective_rack", 1904, "front_rack", 10, 6, _LEARNT, targets=TARGETS),
+    Data("dock_staging", 1905, "front_dock", 16, 6, _LEARNT, targets=TARGETS),
+    Data("block_storage", 1906, "front_block", 16, 6, _LEARNT, targets=TARGETS),
+)
+"""People and trucks are labelled, too."""
+POSE_SETS = (*SCORED, *ROBUST)
+"""Of the pose estimators: pallets alone are labelled, whoever walks there."""
+CARTON_SETS = (*TRAINED_ONLY, *MORE_CARTONS)
+"""Cartons are labelled beside pallets."""
 
 
 def made(data: Data, folder: Path = FOLDER, workers: int | None = None) -> Path:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import torch
 
-from benchmarks.estimators import bundle
-from benchmarks.estimators.train import FIRST, in_order, limited
+from trainings import bundle
+from trainings.poses import FIRST, in_order, limited
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
 from warehouse_sim.estimators.pose.densefusion.training.preparation import per_object_tensors

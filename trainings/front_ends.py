@@ -1,6 +1,6 @@
 """Train the front ends: the recipe of the detectors and segmenters in models/.
 
-python -m benchmarks.front_ends.train [--methods detector-depth ...] [--minutes 60] [--batch 8]
+python -m trainings.front_ends [--methods detector-depth ...] [--minutes 60] [--batch 8]
     [--generate-only | --cache-only] [--workers 16] [--no-pose-sets]
 
 What is missing is generated first. Every training can be interrupted, and goes on when the command is given again.
@@ -16,11 +16,19 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.estimators.data import FOLDER as POSE_FOLDER
-from benchmarks.estimators.data import Data, made
-from benchmarks.estimators.train import FIRST
-from benchmarks.front_ends.data import CARTON_SETS, FOLDER, FULLY_LABELLED, POSE_SETS, TARGETS, WITH_SWEEPS
-from benchmarks.front_ends.warehouses import finished
+from trainings.data import (
+    CARTON_SETS,
+    FRONT_ENDS,
+    FULLY_LABELLED,
+    POSE_SETS,
+    TARGETS,
+    WITH_SWEEPS,
+    Data,
+    made,
+)
+from trainings.data import FOLDER as POSE_FOLDER
+from trainings.poses import FIRST
+from trainings.warehouses import finished
 from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
@@ -100,7 +108,7 @@ IN_WAREHOUSES = {
 
 
 def main(
-    folder: Path = FOLDER,
+    folder: Path = FRONT_ENDS,
     methods: tuple[str, ...] = (),
     minutes: float | None = 60.0,
     steps: int | None = None,
@@ -130,7 +138,7 @@ def main(
         pose_sets: Train on those, too.
         generate_only: Make the data and stop.
         cache_only: Read all images into the cache and stop, one process a method.
-        warehouses: Train on the finished parts of this folder alone, see ``benchmarks.front_ends.warehouses``.
+        warehouses: Train on the finished parts of this folder alone, see ``trainings.warehouses``.
         init: Bundled weights or run folder that training on warehouses begins with.
     """
     kept, pose = cache or folder / "cache", pose_folder if pose_sets else None

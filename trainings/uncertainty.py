@@ -1,6 +1,6 @@
 """Fit the uncertainty of estimators on scenes of their own, and measure what it is worth on others, disturbed and not.
 
-    python -m benchmarks.estimators.uncertainty densefusion-depth icp-multistart --write
+    python -m trainings.uncertainty densefusion-depth icp-multistart --write
 
 It is fitted on the frozen recipe from a seed that nothing else uses, read by three depth cameras, with masks that are
 right and wrong in four ways, and judged under every error of masks and on cameras that it was not fitted on.
@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import FOLDER
 from benchmarks.estimators.disturbed import LEARNT, RECIPE, TEST, VAL, made, predict
-from benchmarks.estimators.uncertainty_fit import fit
-from benchmarks.estimators.uncertainty_samples import Samples, collect, joined
 from benchmarks.result import RESULTS, write_result
+from trainings.data import FOLDER
+from trainings.uncertainty_fit import fit
+from trainings.uncertainty_samples import Samples, collect, joined
 from warehouse_sim.benchmark.disturbances import MASK_ERRORS
 from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.dataset.reader import DatasetReader
@@ -145,7 +145,7 @@ def main(
     if write:
         chosen = "".join(f" {name!r}" for name in only)
         how_much = f"--every {every}" + (f" --only{chosen}" if only else "") + ("" if refit else " --no-refit")
-        command = f"python -m benchmarks.estimators.uncertainty {' '.join(methods)} {how_much} --write"
+        command = f"python -m trainings.uncertainty {' '.join(methods)} {how_much} --write"
         how = {"recipe": RECIPE, "seed of the fit": SEED, "scenes": scenes, "views": views, "every": every}
         write_result(RESULTS / "uncertainty.json", command, found, data=how)
 

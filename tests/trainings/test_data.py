@@ -1,6 +1,6 @@
 """No scene that estimators are scored on may be one that they were trained on."""
 
-from benchmarks.estimators.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY
+from trainings.data import CARTONS, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY
 from warehouse_sim.sensors.rgbd.depth import PRESETS
 
 EVERY = (*SCORED, *CARTONS, *TRAINED_ONLY, *MORE_CARTONS, *ROBUST)

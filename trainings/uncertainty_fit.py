@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.estimators.uncertainty_samples import Samples
+from trainings.uncertainty_samples import Samples
 from warehouse_sim.estimators.pose.choose import Selection
 from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile
 from warehouse_sim.estimators.pose.uncertainty.estimator import NINE_OF_TEN

@@ -1,6 +1,6 @@
 """The warehouses that a chain is trained on: many small datasets, made side by side until a time is over.
 
-python -m benchmarks.front_ends.warehouses [--minutes 240] [--processes 2] [--folder out/warehouses]
+python -m trainings.warehouses [--minutes 240] [--processes 2] [--folder out/warehouses]
 
 Given again it goes on: part n is always the same scenes, whoever makes it. ``train`` then reads what there is.
 """
@@ -16,8 +16,7 @@ from typing import Any
 
 import tyro
 
-from benchmarks.estimators.data import Data
-from benchmarks.front_ends.data import TARGETS
+from trainings.data import TARGETS, Data
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.errors import SettleError, WorkerError
 from warehouse_sim.generation.generate import generate
