@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from benchmarks.estimators.headline import RECIPE, SCENES, SEED, headline, observations, observed
+from trainings.headline import RECIPE, SCENES, SEED, headline, observations, observed
 from warehouse_sim.estimators.registries import DETECTORS, SEGMENTERS, trained_names
 from warehouse_sim.resources import data_folder, model_dir, model_names
 from warehouse_sim.schema import Observation
@@ -79,8 +79,8 @@ def test_a_card_says_how_the_weights_were_made(name: str) -> None:
         "seed",
         "| licence | Apache-2.0",
         "Not tested on real images",
-        "By distance",
-        "By light",
+        "### `industrial`",
+        "| 7-15 m |",
     ):
         assert word in text, word
 

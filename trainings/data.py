@@ -12,7 +12,6 @@ from warehouse_sim.sensors.rig import CAMERA_PRESETS, RigConfig
 
 FOLDER, FRONT_ENDS = Path("out/estimators"), Path("out/front_ends")
 """Where data and runs of pose estimators are kept, and of what finds objects for them."""
-_TEST_ONLY = SplitConfig(0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -65,13 +64,8 @@ class Data:
         return self.name or self.recipe
 
 
-SCORED = (Data("industrial-v1", 0, "industrial"), Data("mixed_pallets", 0))
-"""Their train split is trained on, val calibrates, test is scored: scenes that nothing has seen."""
-CARTONS = (
-    Data("industrial_cartons", 3, "industrial_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
-    Data("mixed_cartons", 3, "mixed_cartons_test", scenes=12, views=3, split=_TEST_ONLY),
-)
-"""Scored for their cartons: the two above label pallets only."""
+PALLETS = (Data("industrial-v1", 0, "industrial"), Data("mixed_pallets", 0))
+"""Their train split is trained on, val calibrates."""
 TRAINED_ONLY = (Data("mixed_cartons", 2),)
 MORE_CARTONS = (
     Data("industrial_cartons", 2),
@@ -106,7 +100,7 @@ FULLY_LABELLED = (
     Data("block_storage", 1906, "front_block", 16, 6, _LEARNT, targets=TARGETS),
 )
 """People and trucks are labelled, too."""
-POSE_SETS = (*SCORED, *ROBUST)
+POSE_SETS = (*PALLETS, *ROBUST)
 """Of the pose estimators: pallets alone are labelled, whoever walks there."""
 CARTON_SETS = (*TRAINED_ONLY, *MORE_CARTONS)
 """Cartons are labelled beside pallets."""

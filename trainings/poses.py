@@ -12,7 +12,7 @@ from pathlib import Path
 import tyro
 
 from trainings.bundle import bundle
-from trainings.data import FOLDER, MORE_CARTONS, ROBUST, SCORED, TRAINED_ONLY, Data, made
+from trainings.data import FOLDER, MORE_CARTONS, PALLETS, ROBUST, TRAINED_ONLY, Data, made
 from warehouse_sim.estimators.pose.densefusion.calibrate import calibrate
 from warehouse_sim.estimators.pose.densefusion.settings import LossConfig, Preset, TrainConfig, with_preset
 from warehouse_sim.estimators.registries import trained_names
@@ -30,7 +30,7 @@ class Stage:
 
 
 FIRST = Stage(
-    (*SCORED, *TRAINED_ONLY, *ROBUST),
+    (*PALLETS, *TRAINED_ONLY, *ROBUST),
     TrainConfig(
         # At 48 px nothing tells a printed side from another.
         loss=LossConfig(symmetry="shape"),

@@ -1,6 +1,6 @@
 """Time the chains stage by stage, from an image or a sweep to poses, on two threads; one observation each.
 
-python -m benchmarks.front_ends.latency [--data out/front_ends/data/front_industrial_test] [--write]
+python -m benchmarks.speed.chains DATA [--write]      # a dataset of `industrial` in the formats kitti and bop
 """
 
 import time
@@ -13,9 +13,7 @@ import numpy as np
 import torch
 import tyro
 
-from benchmarks.front_ends.data import TEST_INDUSTRIAL
 from benchmarks.result import RESULTS, rounded, write_result
-from trainings.data import FRONT_ENDS
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.boxes import suppress
@@ -32,13 +30,13 @@ from warehouse_sim.geometry.pose import transform_points
 
 _OBJECTS = 8
 _KIND = ("epal1",)
-"""Of the pallets in these halls, as in end_to_end.py; without it each kind that is known is tried."""
+"""Of the pallets in these halls; without it each kind that is known is tried."""
 _POINTS = 500
 """That networks of points read."""
 
 
 def main(
-    data: Path = FRONT_ENDS / "data" / TEST_INDUSTRIAL.folder_name,
+    data: tyro.conf.Positional[Path],
     runs: Path | None = None,
     images: int = 20,
     write: bool = False,
@@ -62,7 +60,7 @@ def main(
         print(row)
     if write:
         write_result(
-            RESULTS / "front_end_latency.json", "python -m benchmarks.front_ends.latency --write", rounded(rows)
+            RESULTS / "front_end_latency.json", "python -m benchmarks.speed.chains DATA --write", rounded(rows)
         )
 
 

@@ -1,35 +1,9 @@
-"""False alarms are counted against every pallet, and intervals of average precision against a closed form."""
-
-from types import SimpleNamespace
+"""Intervals of average precision against a closed form."""
 
 import numpy as np
 import pytest
 
-from benchmarks.front_ends.end_to_end import false_alarms
 from warehouse_sim.evaluation.detection.scores import Seen, precision_intervals
-from warehouse_sim.geometry.pose import make_transform
-from warehouse_sim.schema import PoseEstimate
-
-
-def at(x: float, image_id: int = 0, rejected: bool = False) -> PoseEstimate:
-    return PoseEstimate(0, image_id, 1, 0.9, make_transform(translation=np.array([x, 0.0, 3.0])), rejected=rejected)
-
-
-def test_an_estimate_on_no_pallet_is_a_false_alarm_unless_it_is_rejected() -> None:
-    targets = [
-        SimpleNamespace(obj_id=1, T_camera_object=at(0.0).T_camera_object),
-        SimpleNamespace(obj_id=2, T_camera_object=at(5.0).T_camera_object),
-    ]
-    images = [
-        SimpleNamespace(scene_id=0, image_id=0, targets=targets),
-        SimpleNamespace(scene_id=0, image_id=1, targets=[]),
-    ]
-    reader = SimpleNamespace(
-        images=lambda split: images,
-        objects={1: SimpleNamespace(class_name="pallet"), 2: SimpleNamespace(class_name="person")},
-    )
-    poses = [at(0.4), at(0.6), at(5.0), at(5.0, rejected=True), at(0.0, image_id=1)]
-    assert false_alarms(poses, reader) == 3
 
 
 def part(scene: int, good: bool) -> Seen:
