@@ -6,14 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.estimators.disturbed import predict
-from warehouse_sim.benchmark.disturbances import MASK_ERRORS
+from warehouse_sim.benchmark.disturbances import MASK_ERRORS, Disturb
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.api import PoseEstimator
+from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.pose.uncertainty.estimator import Watcher
 from warehouse_sim.estimators.predict import read_images
+from warehouse_sim.estimators.settings import IMAGES_AT_ONCE
 from warehouse_sim.evaluation.measuring import measure
 from warehouse_sim.evaluation.trust import succeeded
+from warehouse_sim.schema import PoseEstimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,3 +103,10 @@ def collect(estimator: PoseEstimator, data: Path, split: str, disturbance: str, 
         table.scene_id[rows],
         np.array([f"{data.name}, {disturbance}"] * len(rows)),
     )
+
+
+def predict(estimator: PoseEstimator, images: Sequence[RgbdImage], disturb: Disturb) -> list[PoseEstimate]:
+    """Return the estimates of disturbed images; each has a random stream of its own."""
+    changed = [disturb(item, np.random.default_rng([0, item.scene_id, item.image_id])) for item in images]
+    groups = [changed[start : start + IMAGES_AT_ONCE] for start in range(0, len(changed), IMAGES_AT_ONCE)]
+    return [estimate for group in groups for estimate in estimator.estimate_all(group)]
