@@ -4,27 +4,17 @@ Frames of recorded sites are few, and what is tuned to them says nothing of othe
 scenes, sensors and catalog of the package: pallets of wood and plastic with random measures, on floors, stacks and
 racks, with loads, neighbours and cut-off ends, and errors as large as those that recordings show. Their ground truth
 is exact.
-
-    python -m benchmarks.estimators.made_faces front-fit --write
 """
 
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import trimesh
-import tyro
 from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
 
-from benchmarks.result import RESULTS, write_result
-from warehouse_sim.benchmark.entrants.ways import way_of
-from warehouse_sim.benchmark.recorded.entries import BASELINE, entries
 from warehouse_sim.benchmark.recorded.faces import RecordedFace
-from warehouse_sim.evaluation.intervals import wilson
 from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_x, rotation_y, rotation_z
 from warehouse_sim.render.embree import PlacedMeshes
@@ -263,67 +253,3 @@ def _mask_by_hand(exact: Bool[np.ndarray, "h w"], rng: np.random.Generator) -> B
     """Return a mask whose outline wanders by a pixel or so."""
     wander = gaussian_filter(exact.astype(float), 1.0) + 0.5 * gaussian_filter(rng.normal(size=exact.shape), 4.0)
     return np.asarray(wander > 0.5)
-
-
-_CONDITIONS = (("gt", "none"), ("gt", "gt"), ("box", "none"), ("box", "gt"))
-"""Masks and gravity that methods are given."""
-
-
-def main(
-    methods: tyro.conf.Positional[tuple[str, ...]],
-    count: int = 1000,
-    seed: int = 20261127,
-    workers: int = 2,
-    write: bool = False,
-) -> None:
-    """Count the made faces that a fork enters, beside a plane and a rectangle.
-
-    Args:
-        methods: Bundled models or run folders, or registered estimators.
-        count: How many faces.
-        seed: Decides all of them.
-        workers: Processes.
-        write: Store the result.
-    """
-    methods = (BASELINE, *methods)
-    with ProcessPoolExecutor(workers) as pool:
-        found = list(pool.map(partial(_docked, methods, seed), range(count), chunksize=8))
-    kinds = np.array([kind for kind, _ in found])
-    docked = np.array([entered for _, entered in found])
-    rows = [
-        _row(method, masks, gravity, kinds, docked[:, i, j])
-        for i, method in enumerate(methods)
-        for j, (masks, gravity) in enumerate(_CONDITIONS)
-    ]
-    for row in rows:
-        print(f"{row['name']:60} {row['value']:6.1%} {row['interval']}  {row['by_surroundings']}")
-    if write:
-        command = f"python -m benchmarks.estimators.made_faces {' '.join(methods[1:])} --count {count} --write"
-        write_result(RESULTS / "made_faces.json", command, rows, data=f"{count} made faces, seed {seed}")
-
-
-def _docked(methods: Sequence[str], seed: int, index: int) -> tuple[str, list[list[bool]]]:
-    """Return where a made is, and whether the fork enters it, by method and condition."""
-    face = made_face(index, seed)
-    found = []
-    for method in methods:
-        estimator = None if method == BASELINE else way_of(method).open({})
-        one = [entries(estimator, {}, [face], masks, gravity)[0] for masks, gravity in _CONDITIONS]
-        found.append([entry is not None and entry.docked for entry in one])
-    return face.name.partition("/")[0], found
-
-
-def _row(method: str, masks: str, gravity: str, kinds: np.ndarray, docked: np.ndarray) -> dict:
-    low, high = wilson(float(docked.mean()), len(docked))
-    by_kind = {str(kind): round(float(docked[kinds == kind].mean()), 4) for kind in np.unique(kinds)}
-    return {
-        "name": f"{method}, masks: {masks}, gravity: {gravity}",
-        "value": round(float(docked.mean()), 4),
-        "interval": [round(low, 4), round(high, 4)],
-        "n": len(docked),
-        "by_surroundings": by_kind,
-    }
-
-
-if __name__ == "__main__":
-    tyro.cli(main, description=__doc__)
