@@ -1,8 +1,8 @@
 """Statistics of images beside photographs, at 640 px width: detail, colour, light.
 
-python -m benchmarks.look [--photographs DIR ...] [--only selective_rack] [--write]
+python -m docs.figures.picture_statistics DATASET ... [--photographs DIR ...] [--write]
 
-Images are those of ``benchmarks.front_ends.layouts``, 24 a layout. Nothing is fitted to photographs; they stand beside.
+Of each dataset 24 images. Nothing is fitted to photographs; they stand beside.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,9 +14,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float, UInt8
 
-from benchmarks.front_ends.layouts import FOLDER, LAYOUTS, data
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
-from trainings.data import made
 from warehouse_sim.dataset.reader import DatasetReader
 
 _WIDTH, _IMAGES = 640, 24
@@ -26,34 +24,35 @@ _BINS = np.linspace(0.02, 0.4, 30)
 _PHOTOGRAPHS = (".jpg", ".jpeg", ".png")
 
 
-def main(
-    photographs: tuple[Path, ...] = (), only: tuple[str, ...] = (), folder: Path = FOLDER, write: bool = False
-) -> None:
+def main(data: tyro.conf.Positional[tuple[Path, ...]], photographs: tuple[Path, ...] = (), write: bool = False) -> None:
     """Measure and print.
 
     Args:
+        data: Datasets, called by their recipes.
         photographs: Folders of photographs to put beside.
-        only: Layouts; all by default.
-        folder: Where the layouts' data are kept.
-        write: Store the rows of layouts.
+        write: Store the rows of the datasets.
     """
     rows = []
-    for layout in only or LAYOUTS:
-        reader = DatasetReader(made(data(layout), folder))
-        images = reader.images("test")
-        rows.append(
-            {"name": layout, **statistics(reader.rgb(image) for image in images[:: max(1, len(images) // _IMAGES)])}
-        )
+    for root in data:
+        reader = DatasetReader(root)
+        images = [image for split in reader.splits for image in reader.images(split)]
+        chosen = images[:: max(1, len(images) // _IMAGES)]
+        rows.append({"name": recipe_of(root), **statistics(reader.rgb(image) for image in chosen)})
     for place in photographs:
         print(rounded({"name": place.name, **statistics(photographs_in(place))}))
     for row in rounded(rows):
         print(row)
     if write:
         write_result(
-            RESULTS / "look.json",
-            "python -m benchmarks.look --write",
-            beside_stored(RESULTS / "look.json", rounded(rows)),
+            RESULTS / "picture_statistics.json",
+            "python -m docs.figures.picture_statistics DATASET ... --write",
+            beside_stored(RESULTS / "picture_statistics.json", rounded(rows)),
         )
+
+
+def recipe_of(root: Path) -> str:
+    """Return the recipe of a dataset of a suite or of ``generate``: its folder's name without the digest."""
+    return root.resolve().name.partition("-")[0]
 
 
 def statistics(images: Iterable[UInt8[np.ndarray, "h w 3"]]) -> dict[str, Any]:

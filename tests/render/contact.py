@@ -1,7 +1,5 @@
 """How much darker the floor is beside what stands on it, on rendered images whose geometry is known.
 
-python -m benchmarks.contact [--recipes dock_staging block_storage] [--write]
-
 Light is that of sRGB codes, as photographs hold it. Photographs of pallets (three, measured by hand at seven places)
 show 0.3 to 0.6 beside the foot, and are back to 0.9 after 0.15 to 0.4 m.
 """
@@ -11,10 +9,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import tyro
 from jaxtyping import Float, Int, UInt8
 
-from benchmarks.result import RESULTS, rounded, write_result
 from warehouse_sim.color import LUMINANCE, linear_from_srgb
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
@@ -49,26 +45,6 @@ class Contact:
     """Distance (m) after which the floor is as bright as around; the end of the profile where it never is."""
 
 
-def main(
-    recipes: tuple[str, ...] = ("dock_staging", "block_storage", "selective_rack"), scenes: int = 2, write: bool = False
-) -> None:
-    """Measure and print.
-
-    Args:
-        recipes: Of the scenes.
-        scenes: Of each recipe.
-        write: Store the rows.
-    """
-    rows = []
-    for name in recipes:
-        found = [contact for index in range(scenes) for contact in _of_scene(name, index)]
-        row = {"name": name, **summary(found)}
-        print(rounded(row))
-        rows.append(row)
-    if write:
-        write_result(RESULTS / "contact.json", "python -m benchmarks.contact --write", rounded(rows))
-
-
 def summary(found: list[Contact]) -> dict[str, float | int]:
     """Return ``value``, the median ratio, its quartiles, and the median distance after which the floor is as around."""
     ratio, back = (np.array([getattr(item, name) for item in found]) for name in ("ratio", "back"))
@@ -77,7 +53,8 @@ def summary(found: list[Contact]) -> dict[str, float | int]:
     return {"value": median[0], "n": len(found), "quartile_1": float(low), "quartile_3": float(high), "back": median[1]}
 
 
-def _of_scene(name: str, index: int) -> Iterator[Contact]:
+def contacts_of_scene(name: str, index: int) -> Iterator[Contact]:
+    """Yield what the viewpoints of a scene of a recipe show."""
     recipe = load_recipe(name)
     scene = prepare_scene(recipe, _SEED, index).scene
     camera = recipe.sensors.make_camera()
@@ -162,7 +139,3 @@ def _unprojected(
     camera: PinholeCamera, u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], z: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n 3"]:
     return np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], axis=1)
-
-
-if __name__ == "__main__":
-    tyro.cli(main)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.look import edge_density, spectrum_slope, statistics
+from docs.figures.picture_statistics import edge_density, spectrum_slope, statistics
 
 
 @pytest.mark.parametrize("slope", [1.0, 2.4, 3.5])

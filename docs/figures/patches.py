@@ -1,6 +1,6 @@
 """How well a small network tells patches of our images from those of photographs: a measure, and of nothing else's use.
 
-python -m benchmarks.patches --photographs DIR --name today [--folder out/layouts] [--layouts drive_in] [--write]
+python -m docs.figures.patches DATASET ... --photographs DIR --name today [--write]
 
 The network is trained for the measure alone, its weights are never stored, and nothing is chosen by it. Folds hold
 whole photographs and whole scenes. Looks of another commit are measured on what that commit generated.
@@ -17,10 +17,8 @@ from jaxtyping import Float, Int, UInt8
 from sklearn.metrics import roc_auc_score
 from torch import Tensor, nn
 
-from benchmarks.front_ends.layouts import FOLDER, data
-from benchmarks.look import photographs_in
 from benchmarks.result import RESULTS, beside_stored, rounded, write_result
-from trainings.data import made
+from docs.figures.picture_statistics import photographs_in, recipe_of
 from warehouse_sim.dataset.reader import DatasetReader
 
 Patches = UInt8[np.ndarray, "n s s 3"]
@@ -28,35 +26,35 @@ Patches = UInt8[np.ndarray, "n s s 3"]
 _WIDTH, _EDGE = 640, 96
 """Of the scaled images, and of patches (px)."""
 _PATCHES, _IMAGES = 1500, 48
-"""Of each side, and most images of a layout that they are cut from."""
+"""Of each side, and most images of a dataset that they are cut from."""
 _FOLDS, _EPOCHS, _BATCH = 4, 5, 64
 _SEED = 515_151
 
 
 def main(
+    data: tyro.conf.Positional[tuple[Path, ...]],
     photographs: Path,
     name: str,
-    layouts: tuple[str, ...] = ("very_narrow_aisle", "drive_in"),
-    folder: Path = FOLDER,
     write: bool = False,
 ) -> None:
     """Measure and print.
 
     Args:
+        data: Datasets whose images are shown.
         photographs: Folder of the photographs.
         name: Of the row: which looks these are.
-        layouts: Whose images are shown.
-        folder: Where their data are kept.
         write: Store the row.
     """
     real = [[scaled(image)] for image in photographs_in(photographs)]
-    ours = [group for layout in layouts for group in _scenes(made(data(layout), folder))]
+    ours = [group for root in data for group in _scenes(root)]
     found = scores(real, ours)
-    row = rounded({"name": name, "value": float(np.mean(found)), "folds": found, "layouts": list(layouts)})
+    row = rounded(
+        {"name": name, "value": float(np.mean(found)), "folds": found, "layouts": [recipe_of(root) for root in data]}
+    )
     print(row)
     if write:
         file = RESULTS / "patches.json"
-        command = "python -m benchmarks.patches --photographs DIR --name NAME --write"
+        command = "python -m docs.figures.patches DATASET ... --photographs DIR --name NAME --write"
         write_result(file, command, beside_stored(file, [row]))
 
 
@@ -68,7 +66,7 @@ def scaled(image: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "r c 3"]:
 
 def _scenes(root: Path) -> Iterator[list[UInt8[np.ndarray, "h w 3"]]]:
     reader = DatasetReader(root)
-    images = reader.images("test")
+    images = [image for split in reader.splits for image in reader.images(split)]
     images = images[:: max(1, len(images) // _IMAGES)]
     for scene in sorted({image.scene_id for image in images}):
         yield [scaled(reader.rgb(image)) for image in images if image.scene_id == scene]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks import patches
-from benchmarks.patches import scores
+from docs.figures import patches
+from docs.figures.patches import scores
 
 
 def places(rng: np.random.Generator, grain: float, count: int = 12) -> list[list[np.ndarray]]:
