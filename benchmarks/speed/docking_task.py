@@ -1,6 +1,6 @@
 """Who docks in the task for learning? A random agent, one that is shown poses, and estimators.
 
-python -m benchmarks.docking.task --episodes 40 --write
+python -m benchmarks.speed.docking_task --episodes 40 --write
 """
 
 from collections.abc import Iterator
@@ -55,7 +55,7 @@ def main(
         print(rounded(row))
     if write:
         command = (
-            f"python -m benchmarks.docking.task --recipe {recipe} --episodes {episodes} --scenes {scenes} "
+            f"python -m benchmarks.speed.docking_task --recipe {recipe} --episodes {episodes} --scenes {scenes} "
             f"--first-scene {first_scene} --methods {' '.join(methods)} --write"
         )
         write_result(RESULTS / "docking_task.json", command, rounded(rows), episodes=every)
