@@ -15,7 +15,7 @@ from typing import Any
 import tyro
 import yaml
 
-from benchmarks.result import RESULTS, percent_cell
+from benchmarks.speed.result import RESULTS
 from trainings.facts import POSES, description
 from trainings.headline import LIMIT, RECIPE, SCENES, SEED, headline, observations
 from warehouse_sim.benchmark.result import SuiteResult, read_result
@@ -213,6 +213,14 @@ def write_table(path: Path) -> Path:
 
 def _cell(row: Row | None) -> str:
     return percent_cell(None if row is None else {"value": row.value, "interval": row.interval})
+
+
+def percent_cell(row: dict[str, Any] | None) -> str:
+    """Return a fraction with its interval as a cell of a table, in per cent; "-" where there is none."""
+    if row is None:
+        return "-"
+    low, high = row["interval"]
+    return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 if __name__ == "__main__":

@@ -11,7 +11,8 @@ from typing import Any
 import yaml
 
 from benchmarks.front_ends.layouts import ENDINGS
-from benchmarks.result import RESULTS, percent_cell
+from benchmarks.speed.result import RESULTS
+from trainings.cards import percent_cell
 from trainings.facts import description
 from warehouse_sim.resources import data_folder
 

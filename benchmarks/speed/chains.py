@@ -13,7 +13,7 @@ import numpy as np
 import torch
 import tyro
 
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.speed.result import RESULTS, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord
 from warehouse_sim.estimators.detections import open_front_end
 from warehouse_sim.estimators.detectors.boxes import suppress

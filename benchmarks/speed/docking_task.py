@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import tyro
 
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.speed.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.docking.closed_loop.run import objects_of
 from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.generation.recipe import load_recipe

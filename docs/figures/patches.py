@@ -17,7 +17,7 @@ from jaxtyping import Float, Int, UInt8
 from sklearn.metrics import roc_auc_score
 from torch import Tensor, nn
 
-from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from benchmarks.speed.result import RESULTS, beside_stored, rounded, write_result
 from docs.figures.picture_statistics import photographs_in, recipe_of
 from warehouse_sim.dataset.reader import DatasetReader
 

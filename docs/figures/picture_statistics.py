@@ -14,7 +14,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float, UInt8
 
-from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from benchmarks.speed.result import RESULTS, beside_stored, rounded, write_result
 from warehouse_sim.dataset.reader import DatasetReader
 
 _WIDTH, _IMAGES = 640, 24

@@ -11,7 +11,7 @@ import safetensors.numpy
 
 from benchmarks.front_ends import layouts
 from benchmarks.front_ends.layout_card import write
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.shared import Shared
 from trainings.data import made
 from warehouse_sim.estimators.detections import open_front_end

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.benchmarks.made_faces import made_face
 from warehouse_sim.benchmark.entrants.ways import way_of
 from warehouse_sim.benchmark.recorded.entries import BASELINE, entries

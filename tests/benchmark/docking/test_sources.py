@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.evaluation.made_dataset import estimates_of, write_estimates
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS

@@ -10,7 +10,7 @@ from warehouse_sim.benchmark.machine import processor
 from warehouse_sim.dataset.manifest import package_versions
 from warehouse_sim.render import open_renderer
 
-RESULTS = Path(__file__).parent / "results"
+RESULTS = Path(__file__).parents[1] / "results"
 
 
 def write_result(path: Path, command: str, rows: Sequence[dict[str, Any]], **more: Any) -> None:
@@ -51,11 +51,3 @@ def rounded(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [rounded(item) for item in value]
     return value
-
-
-def percent_cell(row: dict[str, Any] | None) -> str:
-    """Return a fraction with its interval as a cell of a table, in per cent; "-" where there is none."""
-    if row is None:
-        return "-"
-    low, high = row["interval"]
-    return f"{100 * row['value']:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
