@@ -14,7 +14,7 @@ from warehouse_sim.schema import Observation
 from warehouse_sim.yaml_file import read_yaml
 
 _ANY_LAYOUT = "-warehouses"
-"""Ending of weights whose cards tests/benchmarks/test_layouts.py reads."""
+"""Ending of weights whose cards have no headline."""
 MODELS = [
     name
     for name in model_names()

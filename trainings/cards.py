@@ -19,7 +19,7 @@ from benchmarks.speed.result import RESULTS
 from trainings.facts import POSES, description
 from trainings.headline import LIMIT, RECIPE, SCENES, SEED, headline, observations
 from warehouse_sim.benchmark.result import SuiteResult, read_result
-from warehouse_sim.benchmark.rows.row import Row
+from warehouse_sim.benchmark.rows.row import SECONDS, WORST, Row
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.yaml_file import read_yaml
@@ -90,12 +90,6 @@ def _write_yaml(model: Path, brief: dict[str, Any]) -> None:
 
 def _of_poses(model: Path) -> tuple[list[str], list[str], dict[str, Any]]:
     """Return the lines above the description, those of the scores, and what programs read."""
-    card = read_yaml(model / "card.yaml")["headline"]
-    head = (
-        f"**ADD < {LIMIT:.0%} of the diameter for {100 * card['fraction']:.1f} % of {card['count']} pallets** on "
-        f"{card['scenes']} unseen scenes of `{card['recipe']}` (consensus, no ICP), with ground-truth masks and the "
-        "camera of its training (`tests/test_models.py`)."
-    )
     lines = [
         "Of [suites](../../docs/benchmark.md#suites): unseen scenes, objects at least 10 % visible; what has no "
         "estimate counts as a failure. In % with 95 % intervals over scenes.",
@@ -104,7 +98,20 @@ def _of_poses(model: Path) -> tuple[list[str], list[str], dict[str, Any]]:
         mine = [row for row in result.rows if row.table == "scores" and row.estimator.split("+")[0] == model.name]
         mine = [row for row in mine if ", " not in row.group and row.metric in _METRICS]
         lines += ["", f"### `{name}`", "", *_by_place(mine)] if mine else []
-    return [head, ""], lines, _brief(model.name)
+    return _headline(model), lines, _brief(model.name)
+
+
+def _headline(model: Path) -> list[str]:
+    path = model / "card.yaml"
+    if not path.is_file() or "headline" not in read_yaml(path):
+        return []
+    card = read_yaml(path)["headline"]
+    return [
+        f"**ADD < {LIMIT:.0%} of the diameter for {100 * card['fraction']:.1f} % of {card['count']} pallets** on "
+        f"{card['scenes']} unseen scenes of `{card['recipe']}` (consensus, no ICP), with ground-truth masks and the "
+        "camera of its training (`tests/test_models.py`).",
+        "",
+    ]
 
 
 def _by_place(rows: Sequence[Row]) -> list[str]:
@@ -123,13 +130,17 @@ def _by_place(rows: Sequence[Row]) -> list[str]:
 
 
 def _brief(name: str) -> dict[str, Any]:
-    """Return score and time on the reference set, of the last way there that the model is used in."""
-    mine = [row for row in suites()["industrial"].rows if row.estimator.split("+")[0] == name and row.group == "all"]
-    found = {(row.table, row.metric): row for row in mine if row.estimator == mine[-1].estimator}
-    texts = [f"{_METRICS[metric]} {100 * found['scores', metric].value:.1f} %" for metric in ("add_10pct", "dock_0mm")]
-    time = found.get(("time", "seconds_per_image"))
-    speed = {"speed": f"{1000 * time.value:.0f} ms an image"} if time else {}
-    return {"score": f"industrial, {mine[-1].estimator}: {', '.join(texts)}"} | speed
+    """Return score and time of the last way that the model is used in: on the reference set, or the worst layout."""
+    for suite, condition in (("industrial", "industrial"), ("warehouses", WORST)):
+        rows = suites()[suite].rows if suite in suites() else ()
+        mine = [row for row in rows if row.estimator.split("+")[0] == name and row.condition == condition]
+        mine = [row for row in mine if row.group == "all"]
+        if mine:
+            found = {row.metric: row for row in mine if row.estimator == mine[-1].estimator}
+            texts = [f"{_METRICS[metric]} {100 * found[metric].value:.1f} %" for metric in ("add_10pct", "dock_0mm")]
+            speed = {"speed": f"{1000 * found[SECONDS].value:.0f} ms an image"} if SECONDS in found else {}
+            return {"score": f"{condition}, {mine[-1].estimator}: {', '.join(texts)}"} | speed
+    return {}
 
 
 def _of_front_end(name: str) -> tuple[list[str], dict[str, Any]]:
