@@ -86,6 +86,8 @@ def _write_yaml(model: Path, brief: dict[str, Any]) -> None:
     kept = {"headline": read_yaml(path)["headline"]} if path.is_file() and "headline" in read_yaml(path) else {}
     if whole := brief | ({} if "headline" in brief else kept):
         path.write_text(yaml.safe_dump(whole, sort_keys=False), encoding="utf-8")
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _of_poses(model: Path) -> tuple[list[str], list[str], dict[str, Any]]:

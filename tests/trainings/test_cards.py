@@ -15,9 +15,10 @@ RENEW = "python -m trainings.cards"
 @pytest.mark.parametrize("name", NAMES)
 def test_a_card_is_that_of_the_stored_results(name: str, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(model_dir(name), tmp_path / name))
-    files = folder / "card.md", folder / "card.yaml"
+    files = sorted(folder.glob("card.*"))
     before = [path.read_bytes() for path in files]
     cards.write(folder)
+    assert sorted(folder.glob("card.*")) == files
     assert before == [path.read_bytes() for path in files], RENEW
 
 
