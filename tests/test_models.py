@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from benchmarks.estimators.headline import RECIPE, SCENES, SEED, headline, observations, observed
+from trainings.headline import RECIPE, SCENES, SEED, headline, observations, observed
 from warehouse_sim.estimators.registries import DETECTORS, SEGMENTERS, trained_names
 from warehouse_sim.resources import data_folder, model_dir, model_names
 from warehouse_sim.schema import Observation
 from warehouse_sim.yaml_file import read_yaml
 
 _ANY_LAYOUT = "-warehouses"
-"""Ending of weights whose cards tests/benchmarks/test_layouts.py reads."""
+"""Ending of weights whose cards have no headline."""
 MODELS = [
     name
     for name in model_names()
@@ -79,8 +79,8 @@ def test_a_card_says_how_the_weights_were_made(name: str) -> None:
         "seed",
         "| licence | Apache-2.0",
         "Not tested on real images",
-        "By distance",
-        "By light",
+        "### `industrial`",
+        "| 7-15 m |",
     ):
         assert word in text, word
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import yaml
 
-from benchmarks.front_ends.card import description
 from benchmarks.front_ends.layouts import ENDINGS
-from benchmarks.result import RESULTS, percent_cell
+from benchmarks.speed.result import RESULTS
+from trainings.cards import percent_cell
+from trainings.facts import description
 from warehouse_sim.resources import data_folder
 
 _PIXELS, _ALONE = "densefusion-depth, from pixels", "densefusion-depth alone"

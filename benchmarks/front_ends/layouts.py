@@ -14,9 +14,8 @@ from typing import Any, Literal
 import numpy as np
 import tyro
 
-from benchmarks.estimators.data import Data, made
-from benchmarks.front_ends.data import TARGETS
-from benchmarks.result import RESULTS, beside_stored, rounded, write_result
+from benchmarks.speed.result import RESULTS, beside_stored, rounded, write_result
+from trainings.data import TARGETS, Data, made
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import read_results, write_results
 from warehouse_sim.dataset.split import SplitConfig

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import tyro
 
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.speed.result import RESULTS, rounded, write_result
 from warehouse_sim.benchmark.negatives.score import threshold
 from warehouse_sim.benchmark.negatives.things import KINDS, MODEL
 from warehouse_sim.benchmark.negatives.trials import Trial, accepted, pallet_info, trials

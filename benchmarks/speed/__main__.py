@@ -22,7 +22,6 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.result import beside_stored, machine, rounded
 from benchmarks.speed.amodal_masks import amodal_masks
 from benchmarks.speed.encoding import encoding
 from benchmarks.speed.feeding import feeding
@@ -33,6 +32,7 @@ from benchmarks.speed.latency import latency
 from benchmarks.speed.lidar import lidar
 from benchmarks.speed.memory import memory
 from benchmarks.speed.paired_variants import paired_variants
+from benchmarks.speed.result import beside_stored, machine, rounded
 from benchmarks.speed.rgbd_ids import compare
 from benchmarks.speed.rgbd_models import rgbd_models
 from benchmarks.speed.scaling import scaling

@@ -17,7 +17,7 @@ from pathlib import Path
 import tyro
 from rich.console import Console
 
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.speed.result import RESULTS, rounded, write_result
 from warehouse_sim.generation.recipe import load_recipe
 
 _PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20

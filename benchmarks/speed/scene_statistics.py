@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import tyro
 
-from benchmarks.result import RESULTS, write_result
+from benchmarks.speed.result import RESULTS, write_result
 from warehouse_sim.errors import PlacementError
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import ATTEMPTS

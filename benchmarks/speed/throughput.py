@@ -21,7 +21,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.result import RESULTS, rounded, write_result
+from benchmarks.speed.result import RESULTS, rounded, write_result
 from benchmarks.speed.stages import watch_generation
 from warehouse_sim.generation.generate import GenerateConfig, generate
 from warehouse_sim.generation.recipe import Recipe, load_recipe

@@ -18,7 +18,7 @@ import numpy as np
 import tyro
 from jaxtyping import UInt8
 
-from benchmarks.result import rounded, write_result
+from benchmarks.speed.result import rounded, write_result
 from docs.figures.color_difference import ciede2000, lab_from_srgb
 from warehouse_sim.errors import WarehouseSimError
 from warehouse_sim.generation.recipe import load_recipe

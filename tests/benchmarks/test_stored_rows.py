@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from benchmarks.result import beside_stored
+from benchmarks.speed.result import beside_stored
 
 
 def test_other_rows_stay_and_keep_their_places(tmp_path: Path) -> None:

@@ -23,12 +23,12 @@ PATTERNS = (
 )  # fmt: skip
 PAGES = sorted(path for pattern in PATTERNS for path in ROOT.glob(pattern) if path.name != "CHANGELOG.md")
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-_FOLDERS = "tests|docs|benchmarks|warehouse_sim|scenes|models|examples|locks"
+_FOLDERS = "tests|docs|benchmarks|trainings|warehouse_sim|scenes|models|examples|locks"
 _PATH = re.compile(rf"(?<![\w/.-])((?:{_FOLDERS})/[\w./-]*\w\.(?:py|md|yaml|json|jpg|png|txt|toml))\b")
 _DOTTED = re.compile(r"`(warehouse_sim(?:\.\w+)+)`")
 WRITTEN = (ROOT / "docs" / "leaderboards.md", ROOT / "docs" / "dissertation.md")
 _IN_DATASETS = ("scenes/000000.json",)
-_MODULE = re.compile(r"python -m ((?:benchmarks|docs|warehouse_sim)[\w.]*)")
+_MODULE = re.compile(r"python -m ((?:benchmarks|docs|trainings|warehouse_sim)[\w.]*)")
 _COMMAND = re.compile(r"warehouse-sim ([a-z][a-z-]*)\b")
 
 

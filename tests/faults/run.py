@@ -130,7 +130,7 @@ def main() -> int:
     caught = sum(bool(outcome.by) for outcome in outcomes)
     print(f"{caught} of {len(outcomes)} caught")
     if options.write:
-        from benchmarks.result import write_result
+        from benchmarks.speed.result import write_result
 
         write_result(RESULT, _COMMAND, [{"name": "all", "value": caught}, *(outcome.row() for outcome in outcomes)])
     return 0 if caught == len(outcomes) else 1

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from warehouse_sim.dataset.formats.kitti.reader import label_rows
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.observe import observe_scene

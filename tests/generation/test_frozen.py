@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import yaml
 
-from benchmarks.result import machine
+from benchmarks.speed.result import machine
 from tests.generation import frozen
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene

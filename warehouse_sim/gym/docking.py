@@ -12,9 +12,8 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import UInt8
 
-from warehouse_sim.benchmark.docking.closed_loop.drive import COLLIDED
+from warehouse_sim.benchmark.docking.closed_loop.drive import COLLIDED, DOCKED
 from warehouse_sim.benchmark.docking.closed_loop.episode import Setting, way_is_free
-from warehouse_sim.benchmark.docking.closed_loop.report import DOCKED
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, sampled_starts
 from warehouse_sim.errors import InputError, PlacementError
 from warehouse_sim.generation.recipe import Recipe, load_recipe

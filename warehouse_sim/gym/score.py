@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from warehouse_sim.benchmark.docking.closed_loop.report import DOCKED
+from warehouse_sim.benchmark.docking.closed_loop.drive import DOCKED
 from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.gym.agents import Agent
 from warehouse_sim.gym.docking import Docking

@@ -1,18 +1,26 @@
-"""Questions of a recipe, and pictures of how they end."""
+"""Questions of a recipe, and of predictions for a dataset; how often simulation and swept-volume check agree."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
+from benchmarks.speed.result import RESULTS
+from tests.evaluation.made_dataset import estimates_of, write_estimates
 from warehouse_sim.annotate.dockable import accessibility
 from warehouse_sim.annotate.trucks import TRUCKS
-from warehouse_sim.benchmark.docking.pictures import picture
 from warehouse_sim.benchmark.docking.questions import KINDS
+from warehouse_sim.benchmark.docking.record import Kept, answer, confusion, simulated_docks, truck_verdicts
 from warehouse_sim.benchmark.docking.sources import Source
+from warehouse_sim.dataset.split import SplitConfig
+from warehouse_sim.dataset.stored.scene_record import read_scene_record
+from warehouse_sim.generation.generate import generate
+from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import sample_settled_scene
+from warehouse_sim.geometry.pose import make_transform
 
 
 def test_a_recipe_asks_every_kind_of_the_sides_that_a_truck_reaches() -> None:
@@ -34,10 +42,40 @@ def test_a_recipe_asks_every_kind_of_the_sides_that_a_truck_reaches() -> None:
 
 
 @pytest.mark.gl
-def test_disagreements_are_drawn(tmp_path: Path) -> None:
-    question, station = next(iter(Source("smoke", seed=1).questions(1)))
-    picture(tmp_path / "made.png", question, station, ["before", "after"])
-    image = cv2.imread(str(tmp_path / "made.png"))
-    assert image.shape == (480 + 58, 1280, 3)
-    assert image[:480, :640].std() > 10.0
-    assert image[:480, 640:].std() > 10.0
+def test_predictions_for_a_dataset_are_requested_where_its_records_have_the_pallets(tmp_path: Path) -> None:
+    recipe = load_recipe("smoke")
+    recipe = replace(recipe, scene=replace(recipe.scene, observations_per_scene=2), split=SplitConfig(0.0, 0.0, 1.0))
+    data = tmp_path / "data"
+    generate(recipe, data, GenerateConfig(seed=1, scenes=1, formats=("bop",), workers=1))
+    off = make_transform(None, np.array([0.02, 0.0, 0.0]))
+    moved = [replace(item, T_camera_object=item.T_camera_object @ off) for item in estimates_of(data)]
+    poses = write_estimates(moved, tmp_path / "method_smoke-test.csv")
+    verdicts = truck_verdicts(data, poses, "test", 3)
+    rows = [json.loads(line) for line in (tmp_path / "answers.jsonl").read_text().splitlines()]
+    stored = {item.instance_id: item for item in read_scene_record(data, 0).objects}
+    assert len(verdicts) == len(rows) > 0
+    for row in rows:
+        assert (row["kind"], row["source"]) == ("predicted", "data method_smoke-test")
+        assert stored[row["instance"]].accessibility.faces[row["face"]] in ("free", "under a stack")
+        errors = row["swept"]["errors"]
+        assert np.linalg.norm([errors[name] for name in ("depth", "lateral", "vertical")]) == pytest.approx(
+            0.02, abs=1e-4
+        )
+    # Requested again, nothing is simulated again.
+    before = (tmp_path / "answers.jsonl").read_bytes()
+    assert truck_verdicts(data, poses, "test", 3) == verdicts
+    assert (tmp_path / "answers.jsonl").read_bytes() == before
+
+
+@pytest.mark.slow
+def test_the_check_agrees_with_the_truck_as_often_as_is_stored(tmp_path: Path) -> None:
+    stored = json.loads((RESULTS / "docking.json").read_text(encoding="utf-8"))["confusion"][0]
+    kept, rows = Kept(tmp_path / "answers.jsonl"), []
+    for recipe in ("industrial", "mixed_pallets", "dock_staging"):
+        rows += [answer(kept, question, station) for question, station in Source(recipe).questions(8 * len(KINDS))]
+    found = confusion(rows)
+    low, high = found["agree_95"]
+    assert low <= stored["agree"] <= high
+    assert found["swept only"] <= 0.02 * len(rows), "the check must not promise what the truck cannot do"
+    assert all(simulated_docks(row) for row in rows if row["kind"] == "oracle")
+    assert not any(simulated_docks(row) for row in rows if row["kind"] == "too deep")

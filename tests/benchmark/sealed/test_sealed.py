@@ -1,5 +1,6 @@
 """A frozen set gives strangers no ground truth, checks its seal, and scores as the open dataset does."""
 
+import csv
 import json
 import shutil
 from dataclasses import replace
@@ -12,6 +13,7 @@ from tests.shared import Shared
 from warehouse_sim.benchmark.entrants.entrant import Oracle
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
+from warehouse_sim.benchmark.sealed.log import log_evaluations
 from warehouse_sim.benchmark.sealed.make import make_set, seeds_of
 from warehouse_sim.benchmark.sealed.public import levelled
 from warehouse_sim.benchmark.sealed.score import evaluate_sealed
@@ -178,8 +180,40 @@ def test_truth_is_right_in_every_number_and_a_result_has_no_image(
     assert {row.condition for row in result.rows} == {"worst layout", *_LAYOUTS}
     assert all(item.seed is None for item in result.data)
     assert [path.name for path in (tmp_path / "s").iterdir()] == ["warehouses-v1.json"]
+    (line,) = [line for line in logged(frozen) if line["estimator"] == "mine"]
+    assert (line["value"], line["suite"], line["weights"]) == ("1.0000", "warehouses-v1", "")
+    assert line["layout"] in _LAYOUTS
     open_one = run_on(frozen, tmp_path / "bench", "oracle")
     assert [row.value for row in open_one.rows] == [row.value for row in result.rows]
+
+
+def logged(frozen: Path) -> list[dict[str, str]]:
+    with frozen.with_name("tiny-v1.sealed.evaluations.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_an_evaluation_is_added_to_the_log_and_one_without_a_headline_too(frozen: Path, tmp_path: Path) -> None:
+    sealed = tmp_path / "tiny-v1.sealed"
+    whole_run = run_on(frozen, tmp_path / "bench", "shuffled", "oracle")
+    log_evaluations(sealed, whole_run)
+    log = log_evaluations(sealed, replace(whole_run, rows=()))
+    with log.open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["estimator"] for line in lines] == ["shuffled", "oracle"] * 2
+    assert [line["value"] for line in lines[1:]] == ["1.0000", "", ""]
+    assert float(lines[0]["low"]) <= float(lines[0]["value"]) <= float(lines[0]["high"])
+
+
+def test_the_datasheet_counts_and_croissant_names_each_image_once(frozen: Path) -> None:
+    text, data = (frozen / "README.md").read_text(), json.loads((frozen / "croissant.json").read_text())
+    for name in _LAYOUTS:
+        targets = json.loads((frozen / name / "test_targets_bop19.json").read_text())
+        images = list((frozen / name).glob("test/*/depth/*.png"))
+        assert f"| `{name}` | 1 | {len(images)} | {sum(item['inst_count'] for item in targets)} |" in text
+    found = [path for item in data["distribution"] if "includes" in item for path in frozen.glob(item["includes"])]
+    assert len(found) == len(set(found))
+    assert set(frozen.rglob("*.png")) <= set(found)
+    assert data["license"] == "Apache-2.0"
 
 
 def run_on(frozen: Path, out: Path, *who: str) -> SuiteResult:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.sensors.lidar.published import PUBLISHED
 from tests.sensors.lidar.sweeps import UNITS, angles, errors, floor_spread, spread
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene

@@ -1,9 +1,8 @@
-"""What both judges say of a question, asked once and kept line by line; how often they agree, and where they do not."""
+"""What both judges say of a question, asked once and kept line by line, and how often they agree."""
 
 import hashlib
 import json
 import time
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -109,7 +108,6 @@ def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequ
     return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]
 
 
-MARGINS_MM = (0, 10, 20)
 _RESAMPLES = 2000
 
 
@@ -169,64 +167,3 @@ def over_scenes(rows: Sequence[Row], values: Float[np.ndarray, " n"]) -> tuple[f
     numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
     scenes = np.array([numbers[place] for place in places])
     return fraction_interval(values, scenes, _RESAMPLES, np.random.default_rng(0))
-
-
-def by_kind(rows: Sequence[Row]) -> list[Row]:
-    """Return for each source and kind of estimate the fractions that agree and dock, and what fails."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((row["source"], row["kind"]), []).append(row)
-    return [
-        {
-            "name": f"{source}, {kind}",
-            "value": confusion(found)["agree"],
-            "interval": confusion(found)["agree_95"],
-            "poses": len(found),
-            "swept-volume check docks": float(np.mean([swept_docks(row) for row in found])),
-            "simulation docks": float(np.mean([simulated_docks(row) for row in found])),
-            "swept only": sum(swept_docks(row) and not simulated_docks(row) for row in found),
-            "simulation only": sum(simulated_docks(row) and not swept_docks(row) for row in found),
-            "outcomes": dict(Counter(row["simulated"]["outcome"] for row in found)),
-        }
-        for (source, kind), found in groups.items()
-    ]
-
-
-def disagreements(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows on which they differ, the ones that the swept-volume check was surest of first."""
-    return sorted(
-        (row for row in rows if swept_docks(row) != simulated_docks(row)), key=lambda row: -abs(least_clearance(row))
-    )
-
-
-def causes(rows: Sequence[Row]) -> dict[str, int]:
-    """Count disagreements by what each side says: the limiting error, or what failed in the simulation and on what."""
-    found: Counter[str] = Counter()
-    for row in disagreements(rows):
-        if simulated_docks(row):
-            found[f"docks although {row['swept']['limiting_error']}"] += 1
-        else:
-            found[f"{row['simulated']['outcome']}: {row['simulated']['by'] or '-'}"] += 1
-    return dict(found.most_common())
-
-
-def least_clearance(row: Row) -> float:
-    """Return the smallest clearance (m) of the swept-volume check; -inf where a tine leaves its pocket or direction."""
-    return min(float("-inf") if value is None else value for value in row["swept"]["clearance"].values())
-
-
-def described(row: Row) -> str:
-    """Return a disagreement as a line."""
-    errors = row["swept"]["errors"]
-    offsets = " ".join(f"{name} {1000 * errors[name]:+.0f} mm" for name in ("depth", "lateral", "vertical"))
-    turns = " ".join(f"{name} {np.rad2deg(errors[name]):+.1f} deg" for name in ("yaw", "pitch"))
-    clearance, simulated = least_clearance(row), row["simulated"]
-    left = f"clearance {1000 * clearance:+.1f} mm" if np.isfinite(clearance) else "a tine out of its pocket"
-    met = f" {simulated['by']}" if simulated["by"] else ""
-    return (
-        f"{row['source']} scene {row['scene']} pallet {row['instance']} {row['face']} ({row['kind']}): "
-        f"{offsets} {turns}; "
-        f"swept {'docks' if swept_docks(row) else 'fails: ' + row['swept']['limiting_error']}, "
-        f"{left}; simulation {simulated['outcome']}{met} "
-        f"({simulated['force']:.0f} N, {1000 * simulated['push']:.1f} mm)"
-    )

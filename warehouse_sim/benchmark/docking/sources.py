@@ -1,4 +1,4 @@
-"""Where questions come from: scenes of a recipe, drawn here, or a dataset with or without a predictions file."""
+"""Where questions come from: scenes of a recipe, sampled here, or a dataset with a predictions file."""
 
 import json
 import zlib
@@ -17,7 +17,7 @@ from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.config import from_mapping
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import read_manifest
-from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo, is_dataset
+from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, ObjectInfo
 from warehouse_sim.dataset.results import predictions as prediction_file
 from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.errors import ConfigError, DatasetError, PlacementError
@@ -47,7 +47,7 @@ Seen = tuple[int, int, str, str, Transform | None]
 
 @dataclass
 class Source:
-    """One RUN of the command line: ``RECIPE``, ``DATA`` or ``DATA=PREDICTIONS.csv``."""
+    """``RECIPE`` or ``DATA=PREDICTIONS.csv``."""
 
     name: str
     seed: int = 0
@@ -59,12 +59,7 @@ class Source:
     def __post_init__(self) -> None:
         data, _, file = self.name.partition("=")
         self.root, self.predictions = Path(data), Path(file) if file else None
-        self.is_dataset = is_dataset(self.root)
-        self.left_out: dict[str, int] = {}
-        """How many pallets were not evaluated, by reason."""
-        self.label = (Path(data).name if self.is_dataset else Path(data).stem) + (
-            f" {self.root_method}" if file else ""
-        )
+        self.label = f"{self.root.name} {self.root_method}" if file else self.root.stem
 
     @property
     def root_method(self) -> str:
@@ -95,9 +90,6 @@ class Source:
             face = station.face(name)
             if (instance, name) not in evaluated:
                 evaluated[instance, name] = why_not(station, face, reach[instance].faces[name])
-                reason = evaluated[instance, name]
-                if reason:
-                    self.left_out[reason] = self.left_out.get(reason, 0) + 1
             if evaluated[instance, name]:
                 continue
             for kind_evaluated in KINDS if estimate is None else (kind,):
@@ -108,18 +100,17 @@ class Source:
                 yield Question(self.label, scene.scene_index, image, instance, name, kind_evaluated, T), station
 
     def _scenes(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
-        if self.is_dataset:
-            yield from self._recorded()
+        if self.predictions is not None:
+            yield from self._recorded(self.predictions)
             return
         recipe = load_recipe(self.name)
         for index in range(1_000_000):
             sampled = sample_settled_scene(recipe, self.seed, index)
             yield sampled.scene, sampled.settings.layout.truck, list(_before_viewpoints(sampled.scene))
 
-    def _recorded(self) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
+    def _recorded(self, file: Path) -> Iterator[tuple[SceneSpec, Truck, list[Seen]]]:
         reader = DatasetReader(self.root)
-        images = reader.images(self.split)
-        rows = self._predicted(reader, images, self.predictions) if self.predictions else _labelled(reader, images)
+        rows = self._predicted(reader, reader.images(self.split), file)
         for index in sorted(rows):
             yield *scene_of(self.root, index), rows[index]
 
@@ -150,19 +141,6 @@ def scene_of(root: Path, scene_index: int) -> tuple[SceneSpec, Truck]:
     attempt = json.loads(path.read_text(encoding="utf-8")).get("attempt", 0)
     recipe = from_mapping(Recipe, read_manifest(root).recipe, f"{root}: recipe")
     return recorded_scene(recipe, read_scene_record(root, scene_index), attempt, str(path))
-
-
-def _labelled(reader: DatasetReader, images: list[ImageRecord]) -> dict[int, list[Seen]]:
-    """Return each labelled pallet once from each side that it was seen from."""
-    rows: dict[int, dict[tuple[int, str], Seen]] = {}
-    for image in images:
-        for target in image.targets:
-            info = target.info(reader.objects)
-            if info.pockets and target.instance_id and target.visible_fraction >= _LEAST_VISIBLE:
-                face = _face_before(info, target.T_camera_object)
-                row = (image.image_id, target.instance_id, face, "", None)
-                rows.setdefault(image.scene_id, {}).setdefault((target.instance_id, face), row)
-    return {scene: list(found.values()) for scene, found in rows.items()}
 
 
 def _before_viewpoints(scene: SceneSpec) -> Iterator[Seen]:

@@ -9,25 +9,18 @@ from pathlib import Path
 
 from warehouse_sim.benchmark.groups import ground_truths
 from warehouse_sim.benchmark.kept import file_digest
+from warehouse_sim.benchmark.sealed.about import write_about
 from warehouse_sim.benchmark.sealed.public import SPLIT, write_public
-from warehouse_sim.benchmark.sealed.seal import ENDING, SetFacts, write_sealed
+from warehouse_sim.benchmark.sealed.seal import ENDING, SUMS, SetFacts, write_sealed
 from warehouse_sim.benchmark.sets import made
 from warehouse_sim.benchmark.suite import LeastConfig, Suite
+from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError, OutputError
 from warehouse_sim.output import make_folder, write_bytes
 
 _WORK = ".unsealed"
 """Ending of the folder in which a set is made; it has everything, and is gone when the set is sealed."""
-_README = """# {name}
-
-Test images of the suite `{suite}`: a BOP folder for each of {count} layouts, with images, calibration (of the world
-only tilt and height), CAD models and lists of targets. The ground truth is in `{name}{ending}`, SHA-256 `{digest}`.
-
-    warehouse-sim predict ESTIMATOR --data {name}/LAYOUT --out mine/LAYOUT.csv --detections DETECTOR+SEGMENTER
-    warehouse-sim evaluate mine --sealed {name}{ending} --out scores
-"""
-
 Progress = Callable[[str, int, int], None]
 
 
@@ -73,9 +66,9 @@ def make_set(
         write_public(root, public / name)
     facts = SetFacts(folder.name, suite.name, {name: file_digest(public / name) for name in roots}, seeds)
     digest = write_sealed(path, facts, roots)
-    readme = _README.format(name=folder.name, suite=suite.name, count=len(roots), ending=ENDING, digest=digest)
-    write_bytes(public / "README.md", readme.encode("utf-8"))
-    write_bytes(public / "sealed.sha256", f"{digest}  {path.name}\n".encode())
+    licences = {read_manifest(root).licences["data"] for root in roots.values()}
+    write_about(public, suite.name, path.name, digest, ", ".join(sorted(licences)))
+    write_bytes(public / SUMS, f"{digest}  {path.name}\n".encode())
     public.rename(folder)
     shutil.rmtree(work)
     return path, digest

@@ -55,6 +55,7 @@ def bench(
     require_extra("learn", "to predict")
     from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.run import RunConfig, result_file, run_suite
+    from warehouse_sim.benchmark.sealed.log import log_evaluations
     from warehouse_sim.benchmark.sealed.seal import require_sealed
     from warehouse_sim.benchmark.suite import load_suite, quickened
     from warehouse_sim.resources import suite_names
@@ -71,6 +72,7 @@ def bench(
         given = data if suite != "all" or "recorded" in loaded.takes else None
         command = ["warehouse-sim", "bench", name, *(["--estimators", *estimators] if estimators else [])]
         command += [*(["--quick"] if quick else []), *(["--data", given.name] if given else [])]
+        command += ["--sealed", sealed.name] if sealed else []
         try:
             with fraction_progress(loaded.title) as progress:
                 with_command = replace(config, command=shlex.join(command))
@@ -81,6 +83,8 @@ def bench(
             print(f"error: {loaded.title}: {problem}", file=sys.stderr)
             failed = True
             continue
+        if sealed is not None:
+            log_evaluations(sealed, result)
         print(f"{result.suite}: {result.question}")
         for line in summary(result):
             print(line)

@@ -56,9 +56,11 @@ def evaluate(
 def _evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None, out: Path, overwrite: bool) -> None:
     from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.result import write_result
+    from warehouse_sim.benchmark.sealed.log import log_evaluations
     from warehouse_sim.benchmark.sealed.score import evaluate_sealed
 
     result = evaluate_sealed(predictions, sealed, sums)
+    log_evaluations(sealed, result)
     print("\n".join(summary(result)))
     name = f"{result.suite}.json"
     finish(write_beside(out, lambda folder: write_result(result, folder / name), overwrite), "report", out / name)

@@ -6,6 +6,7 @@ The format: https://docs.mlcommons.org/croissant/docs/croissant-spec.html
 import hashlib
 import json
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,20 @@ _CONTEXT: dict[str, Any] = {
 }
 
 
+@dataclass(frozen=True)
+class About:
+    """What is said of a folder."""
+
+    name: str
+    description: str
+    cite: str
+    """How to cite it."""
+    keywords: tuple[str, ...]
+    """Besides those of all synthetic warehouses."""
+    licence: str
+    """Empty where none is stated."""
+
+
 def write_croissant(root: Path, path: Path) -> Path:
     """Write the metadata of a dataset, and return where they are.
 
@@ -71,7 +86,11 @@ def write_croissant(root: Path, path: Path) -> Path:
         DatasetError: The folder holds no dataset.
         OutputError: The file cannot be written.
     """
-    data = croissant(root, root.resolve().relative_to(path.resolve().parent).as_posix())
+    return write_metadata(croissant(root, root.resolve().relative_to(path.resolve().parent).as_posix()), path)
+
+
+def write_metadata(data: dict[str, Any], path: Path) -> Path:
+    """Write metadata and return where they are."""
     write_bytes(path, (json.dumps(data, indent=2, ensure_ascii=False) + "\n").encode("utf-8"))
     return path
 
@@ -87,6 +106,25 @@ def croissant(root: Path, prefix: str) -> dict[str, Any]:
         DatasetError: The folder holds no dataset.
     """
     manifest = read_manifest(root)
+    name = manifest.contents.name
+    about = About(
+        name=name,
+        description=_description(manifest),
+        cite=f"warehouse_sim {__version__}: {name}, seed {manifest.seed}",
+        keywords=("6D pose", *manifest.targets),
+        licence=manifest.licences.get("data", ""),
+    )
+    return described(root, prefix, about)
+
+
+def described(root: Path, prefix: str, about: About) -> dict[str, Any]:
+    """Return the metadata of a folder of images and tables.
+
+    Args:
+        root: The folder.
+        prefix: What stands before the names of its files; "." for nothing.
+        about: What is said of it.
+    """
     before = "" if prefix == "." else f"{prefix}/"
     top = [path for path in sorted(root.iterdir()) if path.is_file() and path.suffix in _KINDS and path.name != FILE]
     sets = {name: pattern for name, pattern in _patterns(root) if Path(pattern).suffix in _KINDS}
@@ -94,12 +132,12 @@ def croissant(root: Path, prefix: str) -> dict[str, Any]:
         "@context": _CONTEXT,
         "@type": "sc:Dataset",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
-        "name": manifest.contents.name,
-        "description": _description(manifest),
+        "name": about.name,
+        "description": about.description,
         "version": __version__,
-        "citeAs": f"warehouse_sim {__version__}: {manifest.contents.name}, seed {manifest.seed}",
+        "citeAs": about.cite,
         "creator": {"@type": "sc:Organization", "name": "warehouse_sim"},
-        "keywords": ["synthetic data", "warehouse", "6D pose", *manifest.targets],
+        "keywords": ["synthetic data", "warehouse", *about.keywords],
         "isLiveDataset": False,
         "distribution": [
             *(_file(path, before) for path in top),
@@ -107,9 +145,7 @@ def croissant(root: Path, prefix: str) -> dict[str, Any]:
         ],
         "recordSet": [_images(name) for name, pattern in sets.items() if Path(pattern).suffix in _PICTURES],
     }
-    if "data" in manifest.licences:
-        facts["license"] = manifest.licences["data"]
-    return facts
+    return facts | ({"license": about.licence} if about.licence else {})
 
 
 def _description(manifest: Manifest) -> str:

@@ -1,4 +1,4 @@
-"""Runs go on where they stopped, count what they leave out, and see what the package's own images show."""
+"""Runs go on where they stopped, and see what the package's own images show."""
 
 import json
 from dataclasses import replace
@@ -9,7 +9,6 @@ import pytest
 
 from warehouse_sim.benchmark.docking.closed_loop import run as run_module
 from warehouse_sim.benchmark.docking.closed_loop.perceive import LiveScene
-from warehouse_sim.benchmark.docking.closed_loop.report import by_level, table
 from warehouse_sim.benchmark.docking.closed_loop.run import Runner
 from warehouse_sim.benchmark.docking.closed_loop.settings import BASE, CONDITIONS, DRIFTS
 from warehouse_sim.benchmark.docking.record import Kept
@@ -21,10 +20,6 @@ from warehouse_sim.geometry.pose import make_transform
 from warehouse_sim.render import open_renderer
 from warehouse_sim.scene.lighting.config import PRESETS as LIGHTS
 from warehouse_sim.sensors.rgbd.depth.models import MODELS, PRESETS
-
-ROW = {"source": "made", "scene": 0, "start": 0, "condition": "base", "factor": "base", "method": "oracle"}
-DRIVEN = {"time": 20.0, "distance": 4.0, "corrections": 1, "images": 12}
-ERRORS = {"errors": {"depth": -0.01, "lateral": 0.02, "vertical": 0.0, "yaw": np.deg2rad(0.5)}}
 
 
 def test_every_level_changes_one_factor_of_the_base_and_names_what_there_is() -> None:
@@ -58,27 +53,6 @@ def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Monk
     with pytest.raises(AssertionError, match="drawn again"):
         list(other.rows(1))
     assert all(json.loads(line)["key"] for line in file.read_text().splitlines()[:-1])
-
-
-def test_levels_are_counted_with_intervals_over_scenes_and_without_what_was_left_out() -> None:
-    docked = {**ROW, **DRIVEN, **ERRORS, "outcome": "docked", "swept": {"docks": True}}
-    rows = [
-        *({**docked, "scene": scene} for scene in range(6)),
-        {**ROW, **DRIVEN, "scene": 6, "outcome": "no estimate"},
-        {**ROW, **DRIVEN, **ERRORS, "scene": 7, "outcome": "struck", "swept": {"docks": False}},
-        {**ROW, "scene": 8, "outcome": "left out", "by": "no free floor"},
-    ]
-    (found,) = by_level(rows)
-    assert (found["value"], found["episodes"], found["left_out"], found["aborted"]) == (0.75, 8, 1, 1)
-    assert found["swept-volume check docks"] == 0.75
-    low, high = found["interval"]
-    assert low < 0.45  # eight scenes say no more
-    assert high > 0.9
-    assert found["median_lateral_mm"] == pytest.approx(20.0)
-    assert found["median_yaw_deg"] == pytest.approx(0.5)
-    assert "no estimate 1, struck 1" in table([found])[-1]
-    (none,) = by_level(rows[-1:])
-    assert (none["episodes"], none["left_out"]) == (0, 1)
 
 
 @pytest.mark.gl

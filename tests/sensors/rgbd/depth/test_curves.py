@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.sensors.rgbd.depth.curves import CURVES, Curve
 from tests.sensors.rgbd.depth.planes import MATERIALS, sigma_and_fill
 from warehouse_sim.sensors.rgbd.depth import PRESETS

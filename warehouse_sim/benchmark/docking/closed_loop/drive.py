@@ -23,7 +23,8 @@ from warehouse_sim.schema import PoseEstimate, Viewpoint
 ARRIVED = "arrived"
 ABORTS = ("no estimate", "unsure", "misaligned", "out of reach", "timed out")
 """Why a truck stops by itself; it touched nothing."""
-COLLIDED = "collided"
+DOCKED, COLLIDED = "docked", "collided"
+"""How an approach ends well, and where something was in the way."""
 _THERE, _CREEP = 1e-3, 0.01
 """So near (m) the truck has arrived, and it never drives slower (m/s) before."""
 _LOOK_AROUND = 0.1

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS, Approach, Perceive
+from warehouse_sim.benchmark.docking.closed_loop.drive import ABORTS, DOCKED, Perceive
 from warehouse_sim.benchmark.docking.closed_loop.episode import Row, Setting, episode, way_is_free
 from warehouse_sim.benchmark.docking.closed_loop.perceive import LiveScene, Oracle, Seen, hidden_scene
 from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRIVE, Condition
@@ -87,18 +87,6 @@ class Runner:
                 yield from self._of_start(scene, number)
                 started += 1
             scene += 1
-
-    def approach(self, scene: int, number: int, condition: Condition, method: str) -> tuple[Row, Approach, Start]:
-        """Drive one episode again and return all of it, for a picture.
-
-        Raises:
-            LookupError: Its level cannot be had at that start.
-        """
-        start = self._starts(scene)[number]
-        perceive = self._perceive(start, condition, method)
-        if isinstance(perceive, str):
-            raise LookupError(perceive)
-        return *episode(self._setting, start, condition, method, perceive), start
 
     def _of_start(self, scene: int, number: int) -> Iterator[Row]:
         for condition in self.conditions:
@@ -245,6 +233,4 @@ def drives(config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str,
             for row in runner.rows(config.episodes):
                 if row["outcome"] != LEFT_OUT:
                     ended = row["outcome"]
-                    yield Drive(
-                        row["method"], recipe, row["condition"], row["scene"], ended == "docked", ended in ABORTS
-                    )
+                    yield Drive(row["method"], recipe, row["condition"], row["scene"], ended == DOCKED, ended in ABORTS)

@@ -40,8 +40,9 @@ _KEPT = 3
 """Hypotheses that are refined to the end, a network's own not counted."""
 _CLOSE = 0.2
 """A hypothesis whose verification is behind the best one's by more than this is not refined to the end."""
-_LEAD = 0.02
-"""By so much the verification for another pose must exceed that for a network's."""
+_LEAD, _LEAD_IF_COVERED = 0.02, 0.3
+"""By so much the verification for another pose must exceed that for a network's; and by so much more for each part of
+the object that something covers: of that the image says nothing, and the network knows how pallets stand."""
 _MODELS_KEPT = 2
 """Objects that a detection of an unknown model is taken for to the end."""
 _COARSE_VERIFICATION = VerificationConfig(samples=600, tolerance=0.06)
@@ -215,7 +216,8 @@ def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms) -> Found:
     verification = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, VERIFICATION)
     after, before = np.array([one.score for one in verification]).reshape(2, -1)
     held = np.arange(len(fitted)) + np.where(after < before - _LOST, len(fitted), 0)
-    lead = _LEAD if len(item.proposed) else 0.0
+    first = verification[held[0]]
+    lead = _LEAD + _LEAD_IF_COVERED * first.covered if len(item.proposed) else 0.0
     return _in_order(np.concatenate([fitted, begun])[held], [verification[i] for i in held], lead)
 
 

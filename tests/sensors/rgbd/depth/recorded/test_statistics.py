@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.result import RESULTS
+from benchmarks.speed.result import RESULTS
 from tests.sensors.rgbd.depth.recorded.recordings import recorded_faces
 from tests.sensors.rgbd.depth.recorded.scenes import simulated_face
 from tests.sensors.rgbd.depth.recorded.statistics import Face, statistics_of
