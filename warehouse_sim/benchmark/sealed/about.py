@@ -62,10 +62,10 @@ def write_about(folder: Path, suite: str, sealed: str, digest: str, licence: str
         licence=licence,
     )
     write_bytes(folder / README, text.encode("utf-8"))
-    truth = f"the ground truth is sealed, SHA-256 {digest}"
+    sealed_half = f"the ground truth is sealed, SHA-256 {digest}"
     about = About(
         name=name,
-        description=f"Test images of {len(layouts)} synthetic warehouses; {truth}.",
+        description=f"Test images of {len(layouts)} synthetic warehouses; {sealed_half}.",
         cite=f"warehouse_sim {__version__}: {name}",
         keywords=("pallet", "6D", "BOP", "RGB-D"),
         licence=licence,
