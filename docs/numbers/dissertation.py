@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from docs.numbers.freshness import lines
-from docs.numbers.stored import RESULTS, Place, number, place_of, read
+from docs.numbers.stored import Place, number, place_of, read
 from docs.numbers.verdicts import OPEN, Boxes, Outcome, decide, percent, values_of
 
 PAGE = "docs/dissertation.md"
@@ -142,13 +142,7 @@ def _box(values: np.ndarray) -> str:
 
 def _commands(item: Section) -> list[str]:
     places = [place for row in item.rows for place in item.places(row)]
-    return list(dict.fromkeys(place.command for place in places if place.command and not _is_gone(place.command)))
-
-
-def _is_gone(command: str) -> bool:
-    """Return whether the script that stored a result is no longer there."""
-    words = command.split()
-    return words[:2] == ["python", "-m"] and not (RESULTS.parents[1] / f"{words[2].replace('.', '/')}.py").is_file()
+    return list(dict.fromkeys(place.command for place in places))
 
 
 def _without(found: Sequence[Section]) -> Iterator[tuple[str, str, str]]:
@@ -176,7 +170,7 @@ def _missing(found: Sequence[Section]) -> str:
 
 def _freshness(found: Sequence[Section]) -> str:
     places = [place for item in found for row in item.rows for place in item.places(row)]
-    suites = dict.fromkeys(place.file.partition("/")[2] for place in places if place.file.startswith("suites/"))
+    suites = dict.fromkeys(place.suite for place in places)
     head = [
         "suite",
         "stored",

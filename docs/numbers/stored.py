@@ -2,14 +2,14 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
-Given = str | Mapping[str, Any]
-"""What a file says of a place: an estimator, or keys of a row, with ``suite`` or ``file``."""
+Given = str | Mapping[str, str]
+"""What a file says of a place: an estimator, or keys of a row and ``suite``."""
 _PLAIN = {"table": "scores", "group": "all", "against": ""}
 
 
@@ -33,45 +33,41 @@ class Number:
 class Place:
     """Where a number lies."""
 
-    file: str
-    """Below benchmarks/results, without its ending."""
+    suite: str
+    """Whose result it is in."""
     match: dict[str, str]
     """What the row holds."""
-    value: str = "value"
-    """Key of the number, with dots for nested ones."""
-    known: dict[str, str] = field(default_factory=dict)
+    known: dict[str, str]
     """What a reader knows of the row already."""
 
     @property
+    def file(self) -> str:
+        """Below benchmarks/results, without its ending."""
+        return f"suites/{self.suite}"
+
+    @property
     def command(self) -> str:
-        """What measures it: a suite's own command, or that of the stored file."""
-        if self.file.startswith("suites/"):
-            return f"warehouse-sim bench {self.file.removeprefix('suites/')}"
-        return str(read(self.file).get("command", ""))
+        """What measures it."""
+        return f"warehouse-sim bench {self.suite}"
 
     def differs(self, *others: "Place") -> str:
         """Return its name: estimator, and what a reader does not know or the others do not share."""
-        who = self.match.get("estimator", self.match.get("name", ""))
-        rest = {"suite": self.file.removeprefix("suites/"), **self.match}
-        names = []
-        for key in ("suite", "condition", "group", "metric"):
-            theirs = {item.file.removeprefix("suites/") if key == "suite" else item.match.get(key) for item in others}
-            if key in rest and (rest[key] != self.known.get(key, rest[key]) or theirs - {rest[key]}):
-                names.append(rest[key])
-        return ", ".join(dict.fromkeys([f"`{who}`", *names]))
+        own, *rest = ({"suite": item.suite, **item.match} for item in (self, *others))
+        names = [
+            own[key]
+            for key in ("suite", "condition", "group", "metric")
+            if own[key] != self.known.get(key, own[key]) or any(item[key] != own[key] for item in rest)
+        ]
+        return ", ".join(dict.fromkeys([f"`{own['estimator']}`", *names]))
 
 
-def place_of(*layers: Given) -> Place:
-    """Return a place from the most general to the most special of what is said of it; a file begins from nothing."""
-    keys: dict[str, Any] = dict(_PLAIN)
+def place_of(at: Mapping[str, str], *layers: Given) -> Place:
+    """Return a place from what is known of all its neighbours (``at``) and from what else is said of it."""
+    known = {**_PLAIN, **at}
+    keys = dict(known)
     for layer in layers:
-        found = {"estimator": layer} if isinstance(layer, str) else layer
-        keys = dict(found) if "file" in found else {**keys, **found}
-    file = keys.pop("file", None) or f"suites/{keys.pop('suite')}"
-    value = keys.pop("value", "value")
-    first = layers[0]
-    known = {} if isinstance(first, str) else {key: str(first[key]) for key in first}
-    return Place(file, keys, value, {**_PLAIN, **known})
+        keys |= {"estimator": layer} if isinstance(layer, str) else layer
+    return Place(keys.pop("suite"), keys, known)
 
 
 @cache
@@ -98,24 +94,24 @@ def number(place: Place) -> Number | None:
         raise LookupError(f"{len(found)} rows of {place.file}.json match {place.match}")
     if not found:
         return None
-    row, (*outer, key) = found[0], place.value.split(".")
-    for name in outer:
-        row = row[name]
-    low, high = row["interval"]
-    return Number(row[key], low, high, row.get("n"), found[0].get("trainings", 0))
+    return _number(found[0])
 
 
 def effect(one: Place, other: Place) -> Number | None:
     """Return by how much one lies above the other on the same ground truths, where a suite stored that."""
-    if one.file != other.file or "metric" not in one.match or one.match["metric"] != other.match.get("metric"):
+    if one.suite != other.suite or one.match["metric"] != other.match["metric"]:
         return None
     for first, second, turned in ((one, other, False), (other, one, True)):
         for row in read(one.file)["rows"]:
             if row["table"] == "effects" and row["metric"] == one.match["metric"] and _pairs(row, first, second):
-                low, high = row["interval"]
-                found = Number(row["value"], low, high, row["n"], row["trainings"])
+                found = _number(row)
                 return found.swapped if turned else found
     return None
+
+
+def _number(row: Mapping[str, Any]) -> Number:
+    low, high = row["interval"]
+    return Number(row["value"], low, high, row["n"], row["trainings"])
 
 
 def _pairs(row: Mapping[str, Any], first: Place, second: Place) -> bool:
