@@ -2,7 +2,6 @@
 
 import re
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 
@@ -25,15 +24,25 @@ def test_there_are_ten_each_shorter_than_fifty_lines() -> None:
         assert f"\npython examples/{path.name}" in text
 
 
+def run(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> None:
+    """Run an example in a folder, in this process, where all that it imports is there already."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "argv", [str(path), *arguments])
+    runpy.run_path(str(path), run_name="__main__")
+
+
+SLOW = {"07_train_on_stream"}
+"""What it calls, a stream and torch's loader, ``tests/api/test_stream.py`` holds."""
+
+
 @pytest.mark.gl
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else (), id=path.stem) for path in EXAMPLES]
+)
 def test_an_example_runs_says_something_and_leaves_one_picture(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In this process, where all that examples import is there already."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [str(path)])
-    runpy.run_path(str(path), run_name="__main__")
+    run(path, tmp_path, monkeypatch)
     assert capsys.readouterr().out.strip()
     (picture,) = (tmp_path / "out" / "examples").glob("*.png")
     assert picture.stem == path.stem
@@ -42,13 +51,13 @@ def test_an_example_runs_says_something_and_leaves_one_picture(
     assert np.std(image) > 10.0
 
 
-def test_the_pallet_in_ones_own_image_is_estimated(tmp_path: Path) -> None:
+def test_the_pallet_in_ones_own_image_is_estimated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """By a run folder; untrained weights get no nearer than the cloud, which suffices to see that all fits together."""
     weights = made_run(tmp_path / "run", object_name="epal1")
-    command = [sys.executable, str(OWN_IMAGE), str(weights)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    first, *rows = done.stdout.splitlines()
+    run(OWN_IMAGE, tmp_path, monkeypatch, str(weights))
+    first, *rows = capsys.readouterr().out.splitlines()
     found = re.match(r"epal1 at x (\S+), y (\S+), z (\S+) m; score 0\.\d\d, expected error unknown", first)
     assert found
     place = [float(value) for value in found.groups()]

@@ -25,8 +25,8 @@ def test_a_trained_run_predicts(data: Dataset, tmp_path: Path) -> None:
 
 
 def test_a_run_on_a_stream_says_what_it_waited_and_leaves_no_maker(shared: Shared, tmp_path: Path) -> None:
-    data, before = shared.dataset(shared.small, scenes=4, seed=0, formats=("bop",)), descendants(os.getpid())
-    stream = {"recipe": str(shared.small), "seed": 9, "window": 4, "fresh": 0.5}
+    data, before = shared.dataset(shared.bare, scenes=4, seed=0, formats=("bop",)), descendants(os.getpid())
+    stream = {"recipe": str(shared.bare), "seed": 9, "window": 4, "fresh": 0.5}
     said: list[str] = []
     run = train(
         "detector-depth", data, tmp_path / "run", max_steps=3, batch=2, validations=1, cache="none", stream=stream,

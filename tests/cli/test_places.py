@@ -12,6 +12,7 @@ import pytest
 from tests.dataset.formats.test_external_bop import write_folder
 from tests.dataset.toy import make_dataset
 from tests.estimators.pose.densefusion.made_run import made_run
+from tests.shared import Shared
 from warehouse_sim.cli.main import main
 
 FOLDER_COMMANDS = {
@@ -24,7 +25,7 @@ FOLDER_COMMANDS = {
 }
 FILE_COMMANDS = {
     "sheet": "list objects epal1",
-    "preview": "preview smoke",
+    "preview": "preview {small}",
     "predict": "predict {run} --data {data}",
     "report": "report {data}",
 }
@@ -35,11 +36,12 @@ DRAWN = ("sheet", "preview")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def made(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     root = tmp_path_factory.mktemp("made")
     data, run = make_dataset(root / "data"), made_run(root / "run")
     assert main(shlex.split(f"predict {run} --data {data} --out {root / 'p.csv'}")) == 0
-    return {"data": data, "run": run, "predictions": root / "p.csv", "theirs": write_folder(root / "theirs")}
+    places = {"data": data, "run": run, "predictions": root / "p.csv", "theirs": write_folder(root / "theirs")}
+    return places | {"small": shared.small}
 
 
 @pytest.fixture

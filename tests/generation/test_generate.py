@@ -52,15 +52,15 @@ def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(shared, tm
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    generate(load_recipe(str(shared.small)), tmp_path / "again", GenerateConfig(scenes=3, workers=2))
+    generate(load_recipe(str(shared.bare)), tmp_path / "again", GenerateConfig(scenes=3, workers=2, formats=("bop",)))
     killer.join()
     assert "was ended by SIGKILL" in caplog.text
-    assert hashes(tmp_path / "again") == hashes(shared.dataset(shared.small, scenes=3))
+    assert hashes(tmp_path / "again") == hashes(shared.dataset(shared.bare, scenes=3, formats=("bop",)))
 
 
 def test_an_interrupted_run_is_rejected_then_resumed_to_the_same_bytes(shared, tmp_path, monkeypatch) -> None:
-    recipe, dataset = load_recipe(str(shared.small)), shared.dataset(shared.small, scenes=3)
-    root, config = tmp_path / "data", GenerateConfig(scenes=3)
+    recipe, dataset = load_recipe(str(shared.bare)), shared.dataset(shared.bare, scenes=3, formats=("bop",))
+    root, config = tmp_path / "data", GenerateConfig(scenes=3, formats=("bop",))
     write_scene = DatasetStore.write_scene
 
     def killed_in_scene_1(self, scene, observations, *more, **named) -> None:

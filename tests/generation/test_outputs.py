@@ -136,10 +136,10 @@ def test_what_is_there_is_converted(
     shared: Shared, tmp_path: Path, outputs: tuple[str, ...], formats: tuple[str, ...]
 ) -> None:
     recipe = wanting(shared, *outputs)
-    generate(recipe, tmp_path / "then", GenerateConfig(scenes=3, seed=3, formats=("bop",)))
+    generate(recipe, tmp_path / "then", GenerateConfig(scenes=1, seed=3, formats=("bop",)))
     convert(tmp_path / "then", tmp_path / "converted", formats)
     if "yolo" in formats:
-        generate(recipe, tmp_path / "at_once", GenerateConfig(scenes=3, seed=3, formats=("bop", *formats)))
+        generate(recipe, tmp_path / "at_once", GenerateConfig(scenes=1, seed=3, formats=("bop", *formats)))
         roots = [tmp_path / name for name in ("converted", "at_once")]
         one, other = (hashes(root / "yolo") for root in roots)
         assert one == other

@@ -199,9 +199,10 @@ class MaterialTable:
             raise RenderError(f"a scene holds {len(materials)} materials; the raster backend renders at most {_LIMIT}")
         self.row = {name: number for number, name in enumerate(materials)}
         self.library, self.pictures = library, pictures
-        layers = library.require(item.texture for item in materials.values() if item.texture is not None)
-        details = [DETAIL_OF[item.texture] for item in materials.values() if item.texture in DETAIL_OF]
-        layers |= library.require(name for item in details for name in (item.name, item.end) if name is not None)
+        textures = {item.texture for item in materials.values() if item.texture is not None}
+        details = [DETAIL_OF[name] for name in textures & DETAIL_OF.keys()]
+        ends = {item.end for item in details if item.end is not None}
+        layers = library.require(textures | ends | {item.name for item in details})  # at once: it uploads what it holds
         shown = pictures.require(item.picture for item in materials.values() if item.picture is not None)
         values = np.zeros((max(len(materials), 1), 5, 4), np.float32)
         for row, item in enumerate(materials.values()):
