@@ -91,7 +91,7 @@ def test_every_package_of_every_target_is_pinned() -> None:
         assert installed_by(extra) <= pinned | installer
 
 
-OURS = {"tests", "benchmarks", "docs", "locks", "warehouse_sim", "beside"}
+OURS = {"tests", "benchmarks", "trainings", "docs", "locks", "warehouse_sim", "beside"}
 """The last is a file that a test writes."""
 IMPORTED = re.compile(r"^(?:from (?=.* import )|import )(\w+)", re.MULTILINE)
 

@@ -41,6 +41,7 @@ def tiny() -> Suite:
         data={name: replace(data, seed=71 + number) for number, name in enumerate(_LAYOUTS)},
         conditions={name: ConditionConfig(name) for name in _LAYOUTS},
         compare=(),
+        detectors=(),
         least=LeastConfig(dockable=1, ground_truths=2),
     )
 

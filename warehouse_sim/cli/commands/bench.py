@@ -39,7 +39,7 @@ def bench(
         suite: Name of a shipped suite, see ``warehouse-sim list``, the path of a .yaml file, or ``all``.
         estimators: Estimators to run: oracle, shuffled, bundled names or run folders, perhaps with +verify, +argmax,
             +lidar and so on (docs/benchmark.md), file.py:Class, "exec:COMMAND", a CSV of poses or a folder of such; by
-            default those of the suite.
+            default those of the suite, and its detectors.
         quick: Small sizes: minutes on two cores, wide intervals.
         data: Third-party folder that is scored in place of the suite's own data: LINEMOD, KITTI, recorded frames; with
             --sealed the public folder of a frozen set.
