@@ -39,6 +39,12 @@ def test_a_page_has_an_interval_in_every_cell() -> None:
     assert "nobody, industrial: has no weights" in text
 
 
+def test_of_many_reasons_the_most_frequent_are_named_and_the_others_counted() -> None:
+    left_out = {"stacked": 3, "blocked": 9, "outside the aisle": 5, "no room": 2, "mast blocked": 1}
+    text = page(replace(RESULT, data=(replace(RESULT.data[0], left_out_of_docking=left_out),)))
+    assert "not evaluated for: 9 blocked, 5 outside the aisle, 3 stacked, 3 for other reasons" in text
+
+
 def test_an_effect_that_may_be_nothing_is_not_bold() -> None:
     unclear = replace(EFFECT, interval=(-0.2, 0.01))
     text = page(replace(RESULT, rows=(ROW, unclear)))

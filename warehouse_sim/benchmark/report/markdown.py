@@ -36,6 +36,8 @@ HOW: dict[Table, str] = {
     "95 of 100 pallets.",
     "time": "Mean seconds for an image, detection included; 95 % intervals in brackets, on the machine beside them.",
 }
+_REASONS = 3
+"""Reasons why docking is not evaluated that are named for each dataset."""
 
 
 def page(result: SuiteResult) -> str:
@@ -85,12 +87,20 @@ def size_lines(result: SuiteResult) -> Iterator[str]:
         yield "Run at the small sizes of --quick: rely on the intervals, not on the numbers."
     for item in result.data:
         source = f"recipe {item.recipe} {item.recipe_sha256}, seed {item.seed}" if item.recipe else item.recipe_sha256
-        left = ", ".join(f"{count} {why}" for why, count in item.left_out_of_docking.items())
+        left = _reasons(item.left_out_of_docking)
         yield (
             f"{item.name}: {_counted(item.scenes, 'scene')}, {_counted(item.images, 'image')}, "
             f"{_counted(item.ground_truths, 'ground truth')} ({source})"
             f"{'; docking is not evaluated for: ' + left if left else ''}"
         )
+
+
+def _reasons(left_out: Mapping[str, int]) -> str:
+    """Return the most frequent reasons and how many have another; the result file has all."""
+    ordered = sorted(left_out.items(), key=lambda item: -item[1])
+    shown = [f"{count} {why}" for why, count in ordered[:_REASONS]]
+    others = sum(count for _, count in ordered[_REASONS:])
+    return ", ".join([*shown, *([f"{others} for other reasons"] if others else [])])
 
 
 def _counted(count: int, thing: str) -> str:
