@@ -197,11 +197,12 @@ def test_an_evaluation_is_added_to_the_log_and_one_without_a_headline_too(frozen
     sealed = tmp_path / "tiny-v1.sealed"
     whole_run = run_on(frozen, tmp_path / "bench", "shuffled", "oracle")
     log_evaluations(sealed, whole_run)
-    log = log_evaluations(sealed, replace(whole_run, rows=()))
+    log = log_evaluations(sealed, replace(whole_run, rows=(), quick=True))
     with log.open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["estimator"] for line in lines] == ["shuffled", "oracle"] * 2
     assert [line["value"] for line in lines[1:]] == ["1.0000", "", ""]
+    assert [line["suite"] for line in lines[1:3]] == ["warehouses-v1", "warehouses-v1, quick"]
     assert float(lines[0]["low"]) <= float(lines[0]["value"]) <= float(lines[0]["high"])
 
 

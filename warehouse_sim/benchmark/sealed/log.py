@@ -27,11 +27,9 @@ def log_evaluations(sealed: Path, result: SuiteResult) -> Path:
     table = csv.writer(text, lineterminator="\n")
     if not path.is_file():
         table.writerow(COLUMNS)
-    date = datetime.now(UTC).date().isoformat()
+    date, suite = datetime.now(UTC).date().isoformat(), result.suite + (", quick" if result.quick else "")
     for item in result.estimators:
-        table.writerow(
-            [date, __version__, result.suite, item.name, item.weights_sha256, HEADLINE, *_worst(result, item.name)]
-        )
+        table.writerow([date, __version__, suite, item.name, item.weights_sha256, HEADLINE, *_worst(result, item.name)])
     write_bytes(path, (path.read_bytes() if path.is_file() else b"") + text.getvalue().encode("utf-8"), durable=True)
     return path
 
