@@ -95,10 +95,22 @@ PLANS = {
 _WIDE = replace(_DETECTOR, input_wh=(640, 384))
 """A warehouse's pallets are small: a D455's image at three quarters of its size."""
 _POSES = with_preset(replace(FIRST.config, objects=("pallet",)), "robust")
+KINDS = (
+    "epal1",
+    "epal2",
+    "epal3",
+    "epal6",
+    "epal7",
+    "gma_48x40",
+    "blue_block_1200x1000",
+    "plastic_runners",
+    "plastic_nestable",
+)
+"""The pallets of the catalog, which the segmenter tells apart."""
 _ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
-    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",))),
+    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS)),
     "densefusion-depth": Plan(_POSES),
     "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA)),
     "densefusion-middle-2": Plan(_POSES),

@@ -147,8 +147,8 @@ def test_a_segmenter_gives_the_same_masks(tmp_path: Path) -> None:
     SegmenterRun(estimator="keypoints-rgbd", version="0", datasets=(), **given).write(tmp_path)
     write_weights(tmp_path, made)
     assert main(["export", str(tmp_path), "--out", str(tmp_path / "m.onnx")]) == 0
-    rgb = torch.randint(0, 256, (5, 48, 96, 3), dtype=torch.uint8)
-    depth, width = 3 + torch.rand(5, 48, 96), torch.full((5,), 0.3)
+    rgb = torch.randint(0, 256, (5, 64, 128, 3), dtype=torch.uint8)
+    depth, width = 3 + torch.rand(5, 64, 128), torch.full((5,), 0.3)
     inputs = {"rgb": rgb.numpy(), "depth": depth.numpy(), "width_rad": width.numpy()}
     mask, points = session(tmp_path / "m.onnx").run(None, inputs)
     with torch.no_grad():

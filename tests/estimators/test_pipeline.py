@@ -1,7 +1,7 @@
 """The chain with stages of other kinds: no network, its own choice, ICP behind it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from tests.estimators.toy_stream import observed
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.matching import kind_bonus, may_be
 from warehouse_sim.estimators.pipeline import Pipeline, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.estimators.pose.fitting.refiners import IcpRefiner
@@ -104,7 +105,7 @@ def test_stages_of_any_kind_make_an_estimator() -> None:
     assert {item.score for item in before} == {0.8}
 
 
-def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -> None:
+def test_what_compares_objects_decides_and_says_how_far_a_pose_is_trusted() -> None:
     observation = observed(0)[0]
     image = RgbdImage.from_observation(observation)
     pose_of = {label.instance_id: label.T_camera_object for label in observation.annotations}
@@ -116,15 +117,18 @@ def test_what_compares_objects_is_requested_where_a_detection_may_be_several() -
     def the_second(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
         return np.array([float(item.obj_id) for item in seen])
 
-    def nobody(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
-        raise AssertionError("requested of detections that are one object each")
+    def in_turn(T: np.ndarray, seen: Sequence[Points], proposals: Guesses) -> np.ndarray:
+        return np.linspace(-0.5, 0.9, len(seen))
 
     trusted = Pipeline(Stages(as_two, NearGroundTruth(gts), least_confident)).estimate(image)
     preferred = Pipeline(Stages(as_two, NearGroundTruth(gts), least_confident, prefer=the_second)).estimate(image)
-    alone = Pipeline(Stages(cloud_of, NearGroundTruth(gts), least_confident, prefer=nobody)).estimate(image)
-    assert len(trusted) == len(preferred) == len(alone) > 0
+    alone = Pipeline(Stages(cloud_of, NearGroundTruth(gts), least_confident, prefer=in_turn)).estimate(image)
+    assert len(trusted) == len(preferred) == len(alone) > 1
     assert {item.obj_id for item in trusted} == {item.obj_id for item in alone} == {1}
     assert {item.obj_id for item in preferred} == {2}
+    scores = [item.score for item in alone]
+    assert scores == sorted(scores)
+    assert 0.0 < scores[0] < 0.1 * scores[-1] < 0.1 * trusted[0].score
 
 
 def test_a_detection_of_an_unknown_model_is_tried_as_each_object(tmp_path: Path) -> None:
@@ -152,6 +156,28 @@ def test_only_what_a_detection_may_be_is_tried(tmp_path: Path) -> None:
     listed = tuple(Detection(item.mask, number=item.number, may_be=(known.name,)) for item in image.detections)
     found = estimator.estimate(RgbdImage(image.camera, image.depth, listed))
     assert {item.obj_id for item in found} == {known.obj_id}
+    unlikely = tuple(replace(item, kind_likelihood={known.name: 0.01, "keg": 0.9}) for item in listed)
+    assert estimator.estimate(RgbdImage(image.camera, image.depth, unlikely))
     strange = (Detection(image.detections[0].mask, may_be=(known.obj_id, "keg")),)
     with pytest.raises(InputError, match="'keg'"):
         estimator.estimate(RgbdImage(image.camera, image.depth, strange))
+
+
+class Named(NamedTuple):
+    obj_id: int
+    name: str
+    class_name: str = "pallet"
+
+
+def test_unlikely_kinds_are_not_tried_and_unknown_ones_are() -> None:
+    euro, half, own = Named(1, "euro"), Named(2, "half"), Named(3, "own")
+    box = Detection(box_xyxy=(0, 0, 9, 9), class_name="pallet")
+    seen = replace(box, kind_likelihood={"euro": 0.9, "half": 0.05, "block": 0.05})
+    assert may_be(box, [euro, half, own]) == [euro, half, own]
+    assert may_be(seen, [euro, half, own]) == [euro, own]
+    # What is likely is so beside the objects that there are.
+    assert may_be(seen, [half, own]) == [half, own]
+    assert may_be(replace(seen, may_be=("euro", "half")), [euro, half, own]) == [euro]
+    assert may_be(replace(seen, model="half"), [euro, half, own]) == [half]
+    assert kind_bonus(seen, "own") == kind_bonus(box, "euro") == 0.0
+    assert kind_bonus(seen, "half") < kind_bonus(seen, "euro") < 0.0

@@ -108,13 +108,16 @@ class PortableSegmenter(Portable):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Probability of each pixel (b h w), and logits of key points (b k h w) where there are any."""
-        return ("mask", "points") if self.config.network.keypoints else ("mask",)
+        """Probability of each pixel (b h w), logits of key points (b p h w), likelihoods of kinds (b k)."""
+        config = self.config.network
+        return "mask", *(("points",) if config.keypoints else ()), *(("kinds",) if config.kinds else ())
 
     def forward(self, width_rad: Tensor, rgb: Tensor | None = None, depth: Tensor | None = None) -> tuple[Tensor, ...]:
         """Return what ``outputs`` names."""
-        mask, points = self.network(rgb, depth, width_rad)
-        return (torch.sigmoid(mask), points) if self.network.config.keypoints else (torch.sigmoid(mask),)
+        mask, points, kinds = self.network(rgb, depth, width_rad)
+        config = self.network.config
+        more = ((points,) if config.keypoints else ()) + ((torch.softmax(kinds, dim=1),) if config.kinds else ())
+        return torch.sigmoid(mask), *more
 
     def random_inputs(self, batch: int, seed: int = 0) -> Inputs:
         """Return crops, and how wide they are seen."""
@@ -132,6 +135,7 @@ class PortableSegmenter(Portable):
             "segmenter": self.config.estimator,
             "crop_wh": json.dumps(self.config.crop.crop_wh),
             "margin": str(self.config.crop.margin),
+            "kinds": json.dumps(self.config.network.kinds),
             "width_rad": "width of the crop (px of the image) over the focal length (px)",
         }
 

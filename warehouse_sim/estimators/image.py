@@ -1,7 +1,7 @@
 """What an estimator looks at: an RGB-D image, its camera, and the objects that were found in it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
 
@@ -93,6 +93,8 @@ class Detection:
     """How likely each pixel is its own, 0-1; None if not stated."""
     may_be: tuple[str | int, ...] = ()
     """Which CAD geometries it may be where ``model`` is None; without any, all of its class that are known."""
+    kind_likelihood: Mapping[str, float] = field(default_factory=dict)
+    """How likely what is seen is of each CAD geometry, 0-1, by its name; empty where the detector does not tell."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.box_xyxy is None:

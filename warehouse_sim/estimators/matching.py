@@ -1,5 +1,6 @@
 """Which detections an estimator takes, which of the objects that it knows each may be, and what it says of one."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -71,21 +72,41 @@ def observed(estimator: PoseEstimator, image: RgbdImage | Observation) -> RgbdIm
     return replace(seen, detections=tuple(item for item in seen.detections if known is None or item.model in known))
 
 
+_UNLIKELY = 0.1
+"""An object that is less likely than this part of the likeliest one is not tried."""
+_KIND_WEIGHT = 0.1
+"""What a factor e of the likelihood is worth, in units of the verification."""
+
+
 def may_be(detection: Detection, objects: Sequence[Known]) -> list[Known]:
     """Return those of an estimator's objects that a detection may show; where it names none, all of its class, or all.
+
+    Where the detection says how likely each is, only the likely ones; objects that it does not know are always tried.
 
     Raises:
         InputError: It names an object that is none of them.
     """
     requested = detection.may_be if detection.model is None else (detection.model,)
     if not requested:
-        return [item for item in objects if detection.class_name in ("", item.class_name)] or list(objects)
+        alike = [item for item in objects if detection.class_name in ("", item.class_name)] or list(objects)
+        return _likely(detection, alike)
     by_name = {key: item for item in objects for key in (item.obj_id, item.name)}
     for model in requested:
         if model not in by_name:
             names = ", ".join(f"{item.name} ({item.obj_id})" for item in objects)
             raise InputError(f"the estimator does not know the object {model!r}; it knows: {names}")
-    return [by_name[model] for model in requested]
+    return _likely(detection, [by_name[model] for model in requested])
+
+
+def _likely(detection: Detection, objects: list[Known]) -> list[Known]:
+    likelihood = detection.kind_likelihood
+    least = _UNLIKELY * max((likelihood[item.name] for item in objects if item.name in likelihood), default=0.0)
+    return [item for item in objects if likelihood.get(item.name, 1.0) >= least]
+
+
+def kind_bonus(detection: Detection, name: str) -> float:
+    """Return what the kind of a detection adds to the verification of one object in its place, at most 0."""
+    return _KIND_WEIGHT * math.log(max(detection.kind_likelihood.get(name, 1.0), 1e-6))
 
 
 def described(

@@ -4,6 +4,7 @@ detect | segment -> select points -> propose -> choose -> refine -> verify; ``tr
 drive. ``WithFrontEnd`` puts detectors and segmenters before an estimator that is no pipeline.
 """
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import KnownObject, PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import described, known_among, observed, taken_by
+from warehouse_sim.estimators.matching import described, kind_bonus, known_among, observed, taken_by
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
@@ -95,6 +96,16 @@ class Verdict(NamedTuple):
     """Error that is exceeded in one case of ten (m)."""
 
 
+_EVEN, _SLOPE = 0.3, 6.0
+"""The verification at which a pose is as likely wrong as right, and how steeply that changes: what looked like a pallet
+to a detector has rarely more."""
+
+
+def _chance(verification: float) -> float:
+    """Return how likely a pose is right by what the depth image says of it, 0-1."""
+    return 1.0 / (1.0 + math.exp(-_SLOPE * (verification - _EVEN)))
+
+
 Verify = Callable[[Transform, ObjectPoints, float], Verdict | None]
 """Judges a pose by its points and the largest confidence among its proposals (0-1); None rejects it."""
 
@@ -126,8 +137,8 @@ class Stages:
     agree: Agree | None = None
     """Says how far proposals agree with the pose; None where nobody asks."""
     prefer: Prefer | None = None
-    """Decides which object a detection of an unknown model is, and decides where one may be several; None takes that
-    whose pose is trusted most."""
+    """Decides which object a detection of an unknown model is, and how far a pose is trusted beside others of its
+    image; None takes the verdict for both."""
 
 
 class Pipeline(PoseEstimator):
@@ -179,8 +190,7 @@ class Pipeline(PoseEstimator):
         agreed = self.stages.agree(T, seen, proposals) if self.stages.agree else [None] * len(seen)
         fraction = (time.perf_counter() - started) / len(seen)
         times = [spent + fraction * owners.count(number) for number, spent in enumerate(seconds)]
-        alone = len({(owner, item.position) for owner, item in zip(owners, seen, strict=True)}) == len(seen)
-        preferred = [None] * len(seen) if alone or not self.stages.prefer else self.stages.prefer(T, seen, proposals)
+        preferred = self.stages.prefer(T, seen, proposals) if self.stages.prefer else [None] * len(seen)
         best: dict[tuple[int, int], tuple[float, PoseEstimate]] = {}
         rows = zip(owners, seen, T, confidence, agreed, preferred, strict=True)
         for owner, item, pose, trust, agreement, preference in rows:
@@ -190,7 +200,11 @@ class Pipeline(PoseEstimator):
                 estimate = described(*place, known, score, pose, times[owner])
                 estimate = replace(estimate, predicted_error=error, error_bound=bound, agreement=agreement)
                 # A detection of an unknown model was tried as each object.
-                rival = (estimate.score if preference is None else float(preference)), estimate
+                worth = estimate.score
+                if preference is not None:
+                    worth = float(preference) + kind_bonus(found[owner].detections[item.position], estimate.name)
+                    estimate = replace(estimate, score=estimate.score * _chance(float(preference)))
+                rival = worth, estimate
                 key = owner, item.position
                 best[key] = max(best.get(key, rival), rival, key=lambda pair: pair[0])
         return [estimate for _, estimate in best.values()]

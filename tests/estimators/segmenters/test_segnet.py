@@ -14,7 +14,7 @@ from warehouse_sim.estimators.segmenters.segnet.keypoints import (
 )
 from warehouse_sim.estimators.segmenters.segnet.network import SegNet, _unpooled, relative
 from warehouse_sim.estimators.segmenters.segnet.settings import BoxCropConfig
-from warehouse_sim.estimators.segmenters.segnet.task import keypoint_loss, mask_loss
+from warehouse_sim.estimators.segmenters.segnet.task import keypoint_loss, kind_loss, mask_loss
 from warehouse_sim.estimators.segmenters.segnet.window import Window
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.pose import level_camera, make_transform, rotation_z
@@ -53,6 +53,14 @@ def test_the_right_mask_costs_nothing_and_the_opposite_much() -> None:
     gt = (torch.rand(3, 16, 32) < 0.4).float()
     assert mask_loss(40 * gt - 20, gt) < 1e-3
     assert mask_loss(20 - 40 * gt, gt) > 10
+
+
+def test_each_kind_of_a_batch_counts_the_same_and_strangers_do_not() -> None:
+    logits = torch.tensor([[2.0, 0.0], [2.0, 0.0], [2.0, 0.0], [0.0, 1.0], [9.0, -9.0]])
+    loss = kind_loss(logits, torch.tensor([0, 0, 0, 1, -1]))
+    expected = (np.log1p(np.exp(-2.0)) + np.log1p(np.exp(-1.0))) / 2.0
+    np.testing.assert_allclose(loss, expected, rtol=1e-6)
+    assert kind_loss(logits, torch.full((5,), -1)) == 0.0
 
 
 def test_descent_on_maps_puts_points_where_they_are() -> None:

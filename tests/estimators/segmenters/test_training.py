@@ -8,12 +8,18 @@ import pytest
 
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import InputError, TrainingError
+from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet import task
-from warehouse_sim.estimators.segmenters.segnet.estimator import TrainedSegmenter, without_doubles
+from warehouse_sim.estimators.segmenters.segnet.estimator import (
+    TrainedSegmenter,
+    detection_edges,
+    mask_edges,
+    without_doubles,
+)
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.window import Edges
 from warehouse_sim.estimators.train import train
 
 CONFIG = SegmenterConfig(
@@ -56,6 +62,37 @@ def test_masks_of_toy_pallets_are_theirs(run: Path, toy_root: Path) -> None:
             overlaps.append(max((item.mask & gt).sum() / (item.mask | gt).sum() for gt in masks))
     assert np.mean(overlaps) > 0.7
     assert segmenter.segment(replace(image, detections=())) == []
+
+
+def test_the_network_looks_again_where_its_first_mask_is(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    left, top, right, bottom = image.detections[0].box_xyxy
+    off = replace(image.detections[0], box_xyxy=(left - 0.15 * (right - left), top, right, bottom))
+    segmenter, size_wh = TrainedSegmenter(run), (image.camera.width, image.camera.height)
+
+    def probability(edges: Edges) -> np.ndarray:
+        seen = segmenter.look(image, [edges])
+        return seen.windows[0].pasted(seen.probability[0], size_wh)
+
+    (found,) = segmenter.segment(replace(image, detections=(off,)))
+    again = mask_edges(probability(detection_edges(off)) >= 0.5)
+    assert again is not None
+    np.testing.assert_array_equal(found.mask_probability, probability(again))
+    assert mask_edges(np.zeros((4, 5), bool)) is None
+
+
+def test_kinds_are_told_by_name_and_strange_ones_rejected(toy_root: Path, tmp_path: Path) -> None:
+    names = tuple(info.name for info in DatasetReader(toy_root).objects.values())
+    config = replace(CONFIG, max_steps=2, validations=1, kinds=names)
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    segmenter = TrainedSegmenter(train("segmenter-depth", toy_root, tmp_path / "run", config))
+    seen = segmenter.look(image, [detection_edges(item) for item in image.detections])
+    assert seen.kinds.shape == (len(image.detections), len(names))
+    np.testing.assert_allclose(seen.kinds.sum(axis=1), 1.0, rtol=1e-5)
+    for item in segmenter.segment(image):
+        assert tuple(item.kind_likelihood) == names
+    with pytest.raises(UnknownNameError, match="keg"):
+        train("segmenter-depth", toy_root, tmp_path / "other", replace(config, kinds=("keg",)))
 
 
 def test_two_boxes_of_one_thing_give_one_mask(run: Path, toy_root: Path) -> None:

@@ -71,6 +71,7 @@ def write_found(path: Path, detections: Sequence[Detection], seconds: float) -> 
             "box_xyxy": None if item.box_xyxy is None else [float(edge) for edge in item.box_xyxy],
             "class_name": item.class_name,
             "may_be": list(item.may_be),
+            "kind_likelihood": dict(item.kind_likelihood),
         }
         for name in _PARTS:
             whole = getattr(item, name)

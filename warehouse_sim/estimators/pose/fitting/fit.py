@@ -9,7 +9,7 @@ from jaxtyping import Float
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import described, may_be
+from warehouse_sim.estimators.matching import described, kind_bonus, may_be
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
 from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, fit_models
@@ -56,12 +56,12 @@ class PoseFit(PoseEstimator):
         ]
         if not pairs:
             return []
-        best: dict[int, tuple[ObjectInfo, Found]] = {}
+        best: dict[int, tuple[float, ObjectInfo, Found]] = {}
         for (info, item), found in zip(pairs, search_jointly([item for _, item in pairs], self.config), strict=True):
-            other = best.get(item.detection)
-            if other is None or found.verification[0].score > other[1].verification[0].score:
-                best[item.detection] = info, found
-        return [self._estimate(image, position, *found) for position, found in best.items()]
+            worth = found.verification[0].score + kind_bonus(image.detections[item.detection], info.name)
+            if item.detection not in best or worth > best[item.detection][0]:
+                best[item.detection] = worth, info, found
+        return [self._estimate(image, position, info, found) for position, (_, info, found) in best.items()]
 
     @staticmethod
     def _estimate(image: RgbdImage, position: int, info: ObjectInfo, found: Found) -> PoseEstimate:

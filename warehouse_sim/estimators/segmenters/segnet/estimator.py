@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float32
+from jaxtyping import Bool, Float, Float32
 from torch import Tensor
 
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Segmenter
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
-from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
+from warehouse_sim.estimators.segmenters.segnet.network import Said, SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
 from warehouse_sim.geometry.boxes import mask_box_xyxy, mask_intersections
 from warehouse_sim.learning.compute import cpu_threads, place
@@ -36,6 +36,8 @@ class SeenBoxes:
     """Of the pixels of the crops, 0-1."""
     peaks: Peaks | None
     """Key points on the crops, for networks that find them."""
+    kinds: Float32[np.ndarray, "b k"]
+    """How likely each kind is, 0-1, for networks that tell them apart."""
 
     def points(self, index: int) -> tuple[Float[np.ndarray, "k 2"], Float[np.ndarray, " k"]]:
         """Return key points in the image (px), and how likely each is."""
@@ -80,15 +82,23 @@ class TrainedSegmenter(Segmenter):
         found = list(image.detections)
         if not found:
             return []
-        seen = self.look(image, [detection_edges(item) for item in found])
         size_wh = image.camera.width, image.camera.height
+        first = self.look(image, [detection_edges(item) for item in found])
+        # A detector's box may be off: the network looks again where its first mask says that the object is.
+        boxes = [
+            mask_edges(window.pasted(crop, size_wh) >= _LEAST_PROBABILITY) or detection_edges(item)
+            for item, window, crop in zip(found, first.windows, first.probability, strict=True)
+        ]
+        seen = self.look(image, boxes)
+        names = self.run_config.network.kinds
         segmented = list[Detection]()
-        for item, window, crop in zip(found, seen.windows, seen.probability, strict=True):
+        for item, window, crop, kinds in zip(found, seen.windows, seen.probability, seen.kinds, strict=True):
             chance = window.pasted(crop, size_wh)
             mask = chance >= _LEAST_PROBABILITY
             if mask.sum() >= _LEAST_PIXELS:
                 score = item.score * float(chance[mask].mean())
-                segmented.append(replace(item, mask=mask, mask_probability=chance, score=score))
+                likely = dict(zip(names, kinds.tolist(), strict=True))
+                segmented.append(replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=likely))
         return without_doubles(segmented)
 
     @torch.inference_mode()
@@ -105,15 +115,16 @@ class TrainedSegmenter(Segmenter):
             )
         crop = self.run_config.crop
         windows = tuple(Window.about(box, crop.margin, crop.crop_wh) for box in boxes)
-        chances, peaks = list[Tensor](), list[Peaks]()
+        chances, peaks, kinds = list[Tensor](), list[Peaks](), list[Tensor]()
         with cpu_threads(self._threads):
             for start in range(0, len(windows), _BOXES_AT_ONCE):
-                mask, places = self._network(*self._tensors(image, windows[start : start + _BOXES_AT_ONCE]))
-                chances.append(torch.sigmoid(mask.float()).cpu())
-                if places.shape[1]:
-                    peaks.append(find_peaks(places.float()))
+                said: Said = self._network(*self._tensors(image, windows[start : start + _BOXES_AT_ONCE]))
+                chances.append(torch.sigmoid(said.mask.float()).cpu())
+                kinds.append(torch.softmax(said.kinds.float(), dim=1).cpu())
+                if said.places.shape[1]:
+                    peaks.append(find_peaks(said.places.float()))
         found = Peaks(*(np.concatenate(parts) for parts in zip(*peaks, strict=True))) if peaks else None
-        return SeenBoxes(windows, torch.cat(chances).numpy(), found)
+        return SeenBoxes(windows, torch.cat(chances).numpy(), found, torch.cat(kinds).numpy())
 
     def _tensors(self, image: RgbdImage, windows: Sequence[Window]) -> tuple[Tensor | None, Tensor | None, Tensor]:
         reads = self.run_config.network.reads
@@ -151,5 +162,10 @@ def detection_edges(item: Detection) -> Edges:
         left, top, right, bottom = item.box_xyxy
         return left + 0.5, top + 0.5, right + 0.5, bottom + 0.5
     assert item.mask is not None
-    left, top, right, bottom = mask_box_xyxy(np.asarray(item.mask, dtype=bool)) or (0, 0, 0, 0)
-    return float(left), float(top), right + 1.0, bottom + 1.0
+    return mask_edges(np.asarray(item.mask, dtype=bool)) or (0.0, 0.0, 1.0, 1.0)
+
+
+def mask_edges(mask: Bool[np.ndarray, "h w"]) -> Edges | None:
+    """Return the box of edges (px) of a mask; None of an empty one."""
+    box = mask_box_xyxy(mask)
+    return box and (float(box[0]), float(box[1]), box[2] + 1.0, box[3] + 1.0)

@@ -1,7 +1,7 @@
-"""The segmenter's network: a small SegNet on crops of boxes, with maps of key points where there are any."""
+"""The segmenter's network: a small SegNet on crops of boxes; maps of key points and kinds of objects on request."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import torch
 from jaxtyping import Float, Int, UInt8
@@ -37,10 +37,18 @@ class SegNet(nn.Module):
 
     def forward(self, x: Float[Tensor, "b c h w"]) -> Float[Tensor, "b o h w"]:
         """Return scores; h and w must be multiples of 16."""
+        return self.decode(*self.encode(x))
+
+    def encode(self, x: Float[Tensor, "b c h w"]) -> tuple[Float[Tensor, "b d hh ww"], list[Tensor]]:
+        """Return what the last stage sees, a sixteenth of the size, and where the maxima of each stage were."""
         places: list[Tensor] = []
         for stage in self.down:
             x, place = functional.max_pool2d(stage(x), 2, return_indices=True)
             places.append(place)
+        return x, places
+
+    def decode(self, x: Float[Tensor, "b d hh ww"], places: list[Tensor]) -> Float[Tensor, "b o h w"]:
+        """Return scores of what ``encode`` returned."""
         for stage, place in zip(reversed(self.up), reversed(places), strict=True):
             x = stage(_unpooled(x, place))
         return self.last(x)
@@ -76,6 +84,22 @@ class SegmenterNetworkConfig:
     """Filters of the first stage, 4-512."""
     keypoints: Annotated[int, Range(0, 1000)] = 0
     """Number of key points, 0-1,000."""
+    kinds: tuple[str, ...] = ()
+    """Names of the objects that are told apart."""
+
+
+class Said(NamedTuple):
+    """What the network says of b boxes, as logits."""
+
+    mask: Float[Tensor, "b h w"]
+    places: Float[Tensor, "b p h w"]
+    """Of each key point."""
+    kinds: Float[Tensor, "b k"]
+    """Of each object that is told apart, all equally frequent."""
+
+
+_CELLS_HW, _HIDDEN, _DROPPED = (4, 8), 128, 0.2
+"""Of what decides between kinds: cells of the crop, features, and how many of them are dropped in training."""
 
 
 class SegmenterNetwork(nn.Module):
@@ -90,14 +114,21 @@ class SegmenterNetwork(nn.Module):
         self.config = config
         channels = sum(CHANNELS[name] for name in config.reads)
         self.segnet = SegNet(channels, 1 + config.keypoints, config.width)
+        self.kinds: nn.Module | None = None
+        if config.kinds:
+            seen = config.width * _FACTORS[-1] * _CELLS_HW[0] * _CELLS_HW[1]
+            hidden = nn.Linear(seen, _HIDDEN)
+            self.kinds = nn.Sequential(
+                nn.Flatten(), nn.Dropout(_DROPPED), hidden, nn.ReLU(), nn.Linear(_HIDDEN, len(config.kinds))
+            )
 
     def forward(
         self,
         rgb: UInt8[Tensor, "b h w 3"] | None,
         depth: Float[Tensor, "b h w"] | None,
         width_rad: Float[Tensor, " b"],
-    ) -> tuple[Float[Tensor, "b h w"], Float[Tensor, "b k h w"]]:
-        """Return logits of the mask, and of each key point's place.
+    ) -> Said:
+        """Return logits of the mask, of each key point's place, and of kinds.
 
         Args:
             rgb: Colours, if they are read.
@@ -109,8 +140,12 @@ class SegmenterNetwork(nn.Module):
             given = rgb if name == "rgb" else depth
             assert given is not None, name
             parts.append(given.permute(0, 3, 1, 2).float() / 255.0 if name == "rgb" else relative(given, width_rad))
-        maps = self.segnet(torch.cat(parts, dim=1))
-        return maps[:, 0], maps[:, 1:]
+        deep, maxima = self.segnet.encode(torch.cat(parts, dim=1))
+        maps = self.segnet.decode(deep, maxima)
+        kinds = deep.new_zeros((len(deep), 0))
+        if self.kinds is not None:
+            kinds = self.kinds(functional.adaptive_avg_pool2d(deep, _CELLS_HW))
+        return Said(maps[:, 0], maps[:, 1:], kinds)
 
 
 def relative(depth: Float[Tensor, "b h w"], width_rad: Float[Tensor, " b"]) -> Float[Tensor, "b 4 h w"]:

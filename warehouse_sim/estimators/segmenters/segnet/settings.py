@@ -16,11 +16,11 @@ class BoxCropConfig:
 
     reads: Reads = ("depth",)
     """Inputs, in the order of their channels."""
-    crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (96, 48)
+    crop_wh: Annotated[tuple[int, int], Range(16, 1024, "px")] = (128, 64)
     """Size of a crop, 16-1,024, multiples of 16; boxes are stretched to it, whatever their shape."""
-    margin: Fraction = 0.15
+    margin: Fraction = 0.3
     """What is seen on each side of a box, as a fraction of its size, 0-1."""
-    spare: Annotated[float, Range(1, 4)] = 1.5
+    spare: Annotated[float, Range(1, 4)] = 1.8
     """Stored crops are larger by this factor, so that training can move boxes, 1-4."""
 
     def __post_init__(self) -> None:
@@ -53,6 +53,8 @@ class SegmenterConfig(StreamedConfig):
     """Filters of the first stage, 4-512; later ones have up to four times as many."""
     classes: tuple[str, ...] = ()
     """Only objects of these classes, or of these names; all targets by default."""
+    kinds: tuple[str, ...] = ()
+    """Names of objects that are told apart in the boxes, those of the catalog that are alike; none by default."""
     visible: Fraction = 0.1
     """Least visible fraction of an object, 0-1."""
     height_px: Annotated[float, Range(0, 10_000, "px")] = 6.0

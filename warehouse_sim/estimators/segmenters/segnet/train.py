@@ -13,7 +13,7 @@ from torch import Tensor
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
-from warehouse_sim.errors import DatasetError, TrainingError
+from warehouse_sim.errors import DatasetError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.images.rows import ImageReader
 from warehouse_sim.estimators.images.streamed import ObservedAmong
 from warehouse_sim.estimators.segmenters.segnet.keypoints import POINTS, face_points, pocket_faces, side_points
@@ -207,6 +207,18 @@ class StreamedBoxes:
         return target_rows(image, image.record, self._crop)
 
 
+def numbered_kinds(objects: Mapping[int, ObjectInfo], kinds: Sequence[str]) -> dict[int, int]:
+    """Return the position of each kind by its obj_id.
+
+    Raises:
+        UnknownNameError: No object of the datasets has the name.
+    """
+    numbers = {info.name: number for number, info in objects.items()}
+    if strange := [name for name in kinds if name not in numbers]:
+        raise UnknownNameError("object of the datasets under kinds", strange[0], list(numbers))
+    return {numbers[name]: position for position, name in enumerate(kinds)}
+
+
 def known_faces(readers: Sequence[DatasetReader]) -> tuple[KnownFaces, ...]:
     """Return the objects with pockets of some datasets, by number."""
     objects = {number: info for reader in readers for number, info in reader.objects.items()}
@@ -249,18 +261,21 @@ class SegmenterJob(TrainingJob):
             **self.origin(readers),
             objects=known_faces(readers) if method.keypoints else (),
             crop=crop,
-            network=SegmenterNetworkConfig(method.reads, self.config.width, POINTS if method.keypoints else 0),
+            network=SegmenterNetworkConfig(
+                method.reads, self.config.width, POINTS if method.keypoints else 0, self.config.kinds
+            ),
         )
         torch.manual_seed(self.config.seed)
         counts, stream, remark = {split: len(part) for split, part in rows.items()}, self.config.stream, ""
+        objects = {number: info for reader in readers for number, info in reader.objects.items()}
+        kinds = numbered_kinds(objects, self.config.kinds)
         train: Boxes
         order: Order
         if stream.recipe:
             require_other_scenes(readers, stream)
-            objects = {number: info for reader in readers for number, info in reader.objects.items()}
             order = train = StreamedBoxes(self.open_stream, self.config, crop, objects)
             remark = f"train: the stream of {stream.recipe}, seed {stream.seed}"
         else:
             order, train = SampleOrder(len(rows["train"]), self.config.batch, self.config.seed), rows["train"]
-        task = SegmentationTask(config.make_network(), self.config, crop, train, rows["val"], order)
+        task = SegmentationTask(config.make_network(), self.config, crop, train, rows["val"], order, kinds)
         return Started(task, order, config, counts, remark)
