@@ -1,24 +1,23 @@
-"""What both judges say of a question, asked once and kept line by line, and how often they agree."""
+"""What both judges say of a question, asked once and kept line by line."""
 
 import hashlib
 import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from warehouse_sim.benchmark.docking.drive import dock
 from warehouse_sim.benchmark.docking.questions import Question, swept_answer
-from warehouse_sim.benchmark.docking.sources import Source
+from warehouse_sim.benchmark.docking.sources import questions
 from warehouse_sim.benchmark.docking.station import Station
 from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.rows.simulated import Verdict
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.evaluation.intervals import fraction_interval
 from warehouse_sim.schema.things import is_damaged
 
 Row = dict[str, Any]
@@ -102,68 +101,18 @@ def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequ
         most: How many poses, about as many of each scene; which pallets does not depend on who predicts.
     """
     scenes = {image.scene_id for image in DatasetReader(data).images(split)}
-    source = Source(f"{data}={predictions}", split=split, a_scene=-(-most // max(len(scenes), 1)))
+    evaluated = islice(questions(data, predictions, split, -(-most // max(len(scenes), 1))), most)
     kept = Kept(predictions.parent / "answers.jsonl")
-    rows = [answer(kept, question, station) for question, station in source.questions(most)]
+    rows = [answer(kept, question, station) for question, station in evaluated]
     return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]
 
 
-_RESAMPLES = 2000
-
-
-def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
-    """Return the swept-volume check with a margin to the pallet's own mesh; the depth limits stay.
-
-    Args:
-        row: An answer.
-        margin_mm: Of the swept-volume check.
-        nominal: To the walls of the nominal pockets instead.
-    """
-    clearance = dict(row["swept"]["clearance"])
-    if nominal:
-        clearance["mesh"] = row["swept"]["clearance_nominal"]
-    if any(value is None for value in clearance.values()):
-        return False
-    return bool(clearance["mesh"] >= margin_mm / 1000.0 and min(clearance["heel"], clearance["tips"]) >= 0.0)
-
-
-def evaluated(rows: Sequence[Row], margin_mm: float) -> list[Row]:
-    """Return the rows of pallets that leave a margin at their true pose."""
-    return [row for row in rows if row["swept"]["gt_clearance"] >= margin_mm / 1000.0]
+def swept_docks(row: Row) -> bool:
+    """Return whether the swept-volume check says of an answer that the truck takes the pallet."""
+    clearance = row["swept"]["clearance"].values()
+    return all(value is not None and value >= 0.0 for value in clearance)
 
 
 def simulated_docks(row: Row) -> bool:
     """Return whether the simulated truck took the pallet."""
     return bool(row["simulated"]["outcome"] == "docked")
-
-
-def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False) -> dict[str, Any]:
-    """Count how both judge; the fraction that agrees has a 95 % interval over scenes.
-
-    Args:
-        rows: At least one.
-        margin_mm: Of the swept-volume check; pallets that cannot leave it at their true pose are left out.
-        nominal: Judge by nominal pockets.
-    """
-    rows = evaluated(rows, margin_mm)
-    swept = np.array([swept_docks(row, margin_mm, nominal) for row in rows], dtype=bool)
-    simulated = np.array([simulated_docks(row) for row in rows], dtype=bool)
-    same = (swept == simulated).astype(float)
-    return {
-        "margin_mm": margin_mm,
-        "pockets": "nominal" if nominal else "mesh of the pallet",
-        "both dock": int((swept & simulated).sum()),
-        "swept only": int((swept & ~simulated).sum()),
-        "simulation only": int((~swept & simulated).sum()),
-        "neither": int((~swept & ~simulated).sum()),
-        "agree": float(same.mean()),
-        "agree_95": over_scenes(rows, same),
-    }
-
-
-def over_scenes(rows: Sequence[Row], values: Float[np.ndarray, " n"]) -> tuple[float, float]:
-    """Return the 95 % interval over scenes of the mean of numbers in 0-1, one a row."""
-    places = [(row["source"], row["scene"]) for row in rows]
-    numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
-    scenes = np.array([numbers[place] for place in places])
-    return fraction_interval(values, scenes, _RESAMPLES, np.random.default_rng(0))
