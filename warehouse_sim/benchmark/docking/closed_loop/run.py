@@ -26,6 +26,7 @@ from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
+from warehouse_sim.geometry.mesh import TriangleMesh
 from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
