@@ -1,12 +1,12 @@
 """Write YOLO: a data set a task, an image and a label file an observation each."""
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import yaml
 
-from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_file
+from warehouse_sim.dataset.formats.built_in import EachWriter, WriterBase, remove_file
 from warehouse_sim.dataset.formats.observation_files import LabelledTarget, ObservationFiles
 from warehouse_sim.dataset.formats.yolo import TASKS, Task, YoloLayout, yolo_layout
 from warehouse_sim.dataset.formats.yolo.polygons import mask_polygon
@@ -21,7 +21,6 @@ from warehouse_sim.dataset.formats.yolo.rows import (
     points_of,
 )
 from warehouse_sim.dataset.layout import observation_name
-from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.split import SPLITS
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -41,7 +40,7 @@ class YoloWriter(WriterBase):
                 make_folder(layout.labels(split))
             write_bytes(layout.data, self._description(task).encode("utf-8"), durable=True)
 
-    def scene(self, scene: SceneSpec) -> "YoloSceneWriter":
+    def scene(self, scene: SceneSpec) -> EachWriter:
         """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         for layout in self._layouts.values():
@@ -49,7 +48,7 @@ class YoloWriter(WriterBase):
                 name = observation_name(scene.scene_index, index)
                 remove_file(layout.images(split) / f"{name}.png")
                 remove_file(layout.labels(split) / f"{name}.txt")
-        return YoloSceneWriter(self._layouts, split, self._numbers, self._objects, self._points)
+        return EachWriter(partial(self._write, split))
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
@@ -71,22 +70,7 @@ class YoloWriter(WriterBase):
             data |= {"kpt_shape": [self._points, 3], "flip_idx": mirrored(self._points)}
         return yaml.safe_dump(data, sort_keys=False, default_flow_style=None)
 
-
-class YoloSceneWriter(SceneWriterBase):
-    """Write one scene."""
-
-    def __init__(
-        self,
-        layouts: dict[Task, YoloLayout],
-        split: str,
-        numbers: dict[str, int],
-        objects: dict[int, ObjectInfo],
-        points: int,
-    ) -> None:
-        self._layouts, self._split, self._numbers = layouts, split, numbers
-        self._objects, self._points = objects, points
-
-    def write(self, files: ObservationFiles) -> None:
+    def _write(self, split: str, files: ObservationFiles) -> None:
         """Write image and labels of one observation for each task.
 
         Raises:
@@ -95,9 +79,9 @@ class YoloSceneWriter(SceneWriterBase):
         observation = files.observation
         name = observation_name(observation.scene_index, observation.observation_index)
         for task, layout in self._layouts.items():
-            files.rgb.save(layout.images(self._split) / f"{name}.png")
+            files.rgb.save(layout.images(split) / f"{name}.png")
             rows = [self._row(task, files, target) for target in files.targets]
-            write_bytes(layout.labels(self._split) / f"{name}.txt", label_file(rows))
+            write_bytes(layout.labels(split) / f"{name}.txt", label_file(rows))
 
     def _row(self, task: Task, files: ObservationFiles, target: LabelledTarget) -> str:
         annotation, camera = target.annotation, files.observation.camera
