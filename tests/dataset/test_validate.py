@@ -53,7 +53,6 @@ CHECKS = [
     "kitti points on depth",
     "kitti sweeps",
     "kitti and bop labels",
-    "kitti and bop cameras",
     "kitti and bop images",
 ]
 
@@ -106,7 +105,7 @@ DEFECTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "scene in two splits": (lambda root: shutil.copytree(root / BOP, root / "bop/test/000000"), "bop files"),
     "pose moved by 1 mm": (
         edit_json(GT, lambda d: shift(d["0"][1]["cam_t_m2c"], 1.0)),
-        "bop tables, kitti and bop labels",
+        "bop tables",
     ),
     "wrong COCO area": (edit_json(COCO, lambda d: d["annotations"][0].update(area=3)), "bop coco"),
     "COCO file outside": (edit_json(COCO, lambda d: d["images"][0].update(file_name="../../x.png")), "bop coco"),
@@ -131,25 +130,25 @@ DEFECTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "camera of one pixel": (edit_json("bop/camera.json", lambda d: d.update(fx=1.0)), "bop cameras"),
     "lens that the recipe does not have": (
         edit_json(CAMERA, flat("0", **LENS)),
-        "bop cameras, bop poses on images, kitti and bop cameras",
+        "bop cameras, bop poses on images",
     ),
     "sweep too many": (copy(POINTS, KITTI / "velodyne/000009.bin"), "kitti files"),
     "label too many": (copy(LABEL, KITTI / "label_2/000001.txt"), LABEL_READERS),
     "two blanks": (edit_text(LABEL, " ", "  "), LABEL_READERS),
     "empty label file": (lambda root: (root / LABEL).write_text(""), LABEL_READERS),
-    "wrong height": (edit_text(LABEL, " 0.144000 ", " 0.154000 "), "kitti labels, kitti and bop labels"),
-    "wrong class": (edit_text(LABEL, "pallet", "carton"), "kitti labels, kitti and bop labels"),
+    "wrong height": (edit_text(LABEL, " 0.144000 ", " 0.154000 "), "kitti labels"),
+    "wrong class": (edit_text(LABEL, "pallet", "carton"), "kitti labels"),
     "box beyond the image": (
         edit_text(LABEL, " 57.00 ", " -57.00 "),
         "kitti labels, kitti labels on images, kitti and bop labels",
     ),
     "six calib lines": (
         edit_text(CALIB, "Tr_imu_to_velo: ", ""),
-        "kitti calib, kitti labels on images, kitti points in boxes, kitti points on depth, kitti and bop cameras",
+        "kitti calib",
     ),
     "rotated LiDAR": (
         edit_text(CALIB, "Tr_velo_to_cam: 0.0", "Tr_velo_to_cam: 0.3"),
-        "kitti calib, kitti points in boxes",
+        "kitti calib, kitti labels on images, kitti points in boxes, kitti points on depth",
     ),
     "P1 of another camera": (edit_text(CALIB, "P1: 1", "P1: 9"), "kitti calib"),
     "floor too low": (
@@ -162,7 +161,10 @@ DEFECTS: dict[str, tuple[Callable[[Path], object], str]] = {
     ),
     "nameless point": (edit_points(IDS, "<i4", lambda ids: ids + 1000), "kitti sweeps"),
     "ids all zero": (edit_points(IDS, "<i4", np.zeros_like), "kitti sweeps"),
-    "one time less": (edit_points(BEAMS, "<f4", lambda beams: beams[:-1]), "kitti sweeps, kitti points in boxes"),
+    "one time less": (
+        edit_points(BEAMS, "<f4", lambda beams: beams[:-1]),
+        "kitti sweeps, kitti points in boxes, kitti points on depth",
+    ),
     "half a ring": (
         edit_points(BEAMS, "<f4", lambda beams: beams + np.float32(0.5)),
         "kitti sweeps, kitti points in boxes",

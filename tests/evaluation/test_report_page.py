@@ -14,8 +14,7 @@ from warehouse_sim.dataset.stored.contents import ChannelContents, ReadingConten
 from warehouse_sim.dataset.viewing.page.gallery import gallery
 from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation import evaluate, read_scores, write_scores
-from warehouse_sim.evaluation.report import write_report
-from warehouse_sim.evaluation.report.page import reading_rows, render
+from warehouse_sim.evaluation.report import reading_rows, render, write_report
 from warehouse_sim.evaluation.trust import succeeded
 from warehouse_sim.schema import ChannelReading, MountedReading
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.sensors.rig.reprojection import residuals
-from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.formats.kitti.tolerant import OUR_SHAPES, read_calib, read_matrices
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.scene_record import Outcome
@@ -75,7 +75,7 @@ def test_the_calibration_that_is_written_is_the_one_that_was_used(observe, name:
     assert rig.lidar is not None
     observation = observe(replace(rig, lidar=rig.lidar.ideal()), kind)
     assert observation.lidar is not None
-    written = parse_calib(calib_text(observation.camera, observation.T_camera_lidar), "calib")["Tr_velo_to_cam"]
+    written = read_calib(calib_text(observation.camera, observation.T_camera_lidar), "calib")["Tr_velo_to_cam"]
     T_camera_lidar = make_transform(written[:, :3], written[:, 3])
     found = residuals(observation.lidar.points, T_camera_lidar, observation.buffers.depth, observation.camera)
     assert found.count > 500
@@ -97,7 +97,7 @@ def test_the_right_image_is_the_left_one_moved_by_the_true_disparity(observe) ->
     observation = observe(replace(rig, rgbd=replace(rig.rgbd, color=ColorConfig(noise_scale=0.0, exposure_error=0.0))))
     left, stereo = observation.buffers, observation.stereo
     assert stereo is not None
-    P = {key: value for key, value in parse_calib(calib_text(observation.camera, np.eye(4), 0.54), "c").items()}
+    P = read_matrices(calib_text(observation.camera, np.eye(4), 0.54), "c", OUR_SHAPES)
     assert P["P3"][0, 3] == pytest.approx(-721.5377 * 0.54)
     np.testing.assert_allclose(stereo.disparity[left.depth > 0], -P["P3"][0, 3] / left.depth[left.depth > 0], rtol=1e-5)
     v, u = np.mgrid[: observation.camera.height, : observation.camera.width].astype(np.float32)

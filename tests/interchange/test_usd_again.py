@@ -179,7 +179,7 @@ FAULTS = {
     "corner": (lambda s: mesh_of(s).GetFaceVertexIndicesAttr().Set([0, 1, 99] * 12), r"mesh|part_\d+ must name its"),
     "polygon": (lambda s: mesh_of(s).GetFaceVertexCountsAttr().Set([4] * 9), "must be triangles"),
     "nan": (lambda s: mesh_of(s).GetPointsAttr().Set([Gf.Vec3f(float("nan"))] * 8), "must have finite points"),
-    "text": (lambda s: s.GetDefaultPrim().SetCustomDataByKey("exposure", "much"), "exposure must be a finite number"),
+    "text": (lambda s: s.GetDefaultPrim().SetCustomDataByKey("exposure", "much"), "exposure must be of type float"),
     "infinite": (lambda s: s.GetDefaultPrim().SetCustomDataByKey("exposure", float("inf")), "finite number"),
     "lacking": (lambda s: s.GetDefaultPrim().ClearCustomDataByKey("lighting"), "custom data lacks lighting"),
     "twice": (lambda s: s.GetPrimAtPath("/World/object_000003").SetCustomDataByKey("instance_id", 2), "instance_id"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.config import to_mapping
+from warehouse_sim.dataset.files.checksums import file_sum
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.own.source import is_own_source, source_file
@@ -24,7 +25,7 @@ def digest(inputs: Any) -> str:
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file, or of all files under a folder with their names."""
     if path.is_file():
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return file_sum(path)
     whole = hashlib.sha256()
     for file in sorted(item for item in path.rglob("*") if item.is_file()):
         whole.update(f"{file.relative_to(path).as_posix()}\n".encode())

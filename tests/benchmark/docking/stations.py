@@ -7,7 +7,7 @@ import numpy as np
 from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.parts import solid_box
-from warehouse_sim.geometry.pose import Transform, make_transform, rotation_y, rotation_z
+from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
 from warehouse_sim.schema import ObjectInstance, ObjectModel, SceneSpec
 
 
@@ -38,7 +38,7 @@ def wrong(depth: float = 0.0, lateral: float = 0.0, vertical: float = 0.0, yaw: 
 def estimate(place: Station, face: str, **errors: float) -> Transform:
     """Return that estimate in the object frame."""
     T = place.face(face).T_object_dock
-    return T @ wrong(**errors) @ np.linalg.inv(T)
+    return T @ wrong(**errors) @ invert(T)
 
 
 def beside(place: Station, **changes: object) -> Station:

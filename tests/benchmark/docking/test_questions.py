@@ -1,4 +1,4 @@
-"""What is evaluated, what is left out, what is kept, and how two judges are compared."""
+"""What is evaluated, what is left out and what is kept."""
 
 import json
 from dataclasses import replace
@@ -7,19 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmark.docking.stations import station
+from tests.benchmark.docking.planted import AXES, KINDS, limits, planted
+from tests.benchmark.docking.stations import estimate, station
 from warehouse_sim.benchmark.docking import record
-from warehouse_sim.benchmark.docking.questions import (
-    AXES,
-    KINDS,
-    Question,
-    limits,
-    misplaced,
-    planted,
-    swept_answer,
-    why_not,
-)
-from warehouse_sim.benchmark.docking.record import Kept, answer, confusion, swept_docks
+from warehouse_sim.benchmark.docking.questions import Question, swept_answer, why_not
+from warehouse_sim.benchmark.docking.record import Kept, answer
 from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.docking.world import pieces
 from warehouse_sim.catalog import catalog_object
@@ -27,9 +19,8 @@ from warehouse_sim.evaluation.docking import mesh_sweep
 from warehouse_sim.geometry.boxes import OrientedBox
 
 
-def evaluated(face, kind: str = "oracle", **errors: float) -> Question:
-    T = misplaced(face, **dict.fromkeys(AXES, 0.0) | errors)
-    return Question("made", 0, 0, 1, face.name, kind, T)
+def evaluated(face, **errors: float) -> Question:
+    return Question("made", 0, 0, 1, face.name, "oracle", estimate(station(), face.name, **errors))
 
 
 # Yaw turns the wide pair of tines of the long side past the face before it uses up the clearance beside them.
@@ -41,22 +32,20 @@ def test_limits_are_where_the_swept_test_turns(name: str, axis: str) -> None:
         for fraction, docks in ((0.97, True), (1.03, False)):
             swept = swept_answer(evaluated(face, **{axis: sign * fraction * limit}), place)
             clearance = swept["clearance"] | {"mesh": swept["clearance_nominal"]}
-            assert swept_docks({"swept": swept}, nominal=True) is docks is (min(clearance.values()) >= 0.0), (
-                sign,
-                fraction,
-            )
+            assert docks is (min(clearance.values()) >= 0.0), (sign, fraction)
 
 
 def test_planted_errors_are_the_same_again_and_spread_around_the_limits() -> None:
-    face = station().face("-x")
-    draws = [planted("lateral", face, np.random.default_rng(seed)) for seed in range(200)]
+    place = station()
+    face = place.face("-x")
+    draws = [planted("lateral", place, face, np.random.default_rng(seed)) for seed in range(200)]
     aside = [abs(float(np.linalg.inv(face.T_object_dock)[1] @ T @ face.T_object_dock[:, 3])) for T in draws]
     assert max(aside) == pytest.approx(0.1275, rel=0.03)
     assert 0.4 < np.mean(np.array(aside) < 0.06375) < 0.6
     for kind in KINDS:
-        one, two = (planted(kind, face, np.random.default_rng(5)) for _ in range(2))
+        one, two = (planted(kind, place, face, np.random.default_rng(5)) for _ in range(2))
         np.testing.assert_array_equal(one, two)
-    np.testing.assert_array_equal(planted("oracle", face, np.random.default_rng(0)), np.eye(4))
+    np.testing.assert_array_equal(planted("oracle", place, face, np.random.default_rng(0)), np.eye(4))
 
 
 def test_every_board_of_a_pallet_is_a_box_of_its_own() -> None:
@@ -106,31 +95,3 @@ def test_rows_survive_a_line_that_was_cut_off(tmp_path: Path) -> None:
     again.add("d", {"n": 4})
     last = Kept(path)
     assert [last[key]["n"] for key in "acd"] == [1, 3, 4]
-
-
-def row(swept: bool, outcome: str, clearance: float, scene: int) -> dict:
-    found = dict.fromkeys(("mesh", "heel", "tips"), clearance)
-    swept = {
-        "docks": swept,
-        "clearance": found,
-        "clearance_nominal": clearance - 0.004,
-        "gt_clearance": 0.03,
-        "limiting_error": "yaw",
-    }
-    return {
-        "source": "made", "scene": scene, "kind": "all", "swept": swept,
-        "simulated": {"outcome": outcome, "by": "tip > block"},
-    }  # fmt: skip
-
-
-def test_the_table_counts_who_says_what() -> None:
-    rows = [row(True, "docked", 0.015, 0), row(True, "struck", 0.03, 0), row(False, "docked", -0.04, 1)]
-    rows += [row(False, "fell", -0.1, 1), row(True, "docked", 0.025, 2)]
-    names = ("both dock", "swept only", "simulation only", "neither")
-    assert [confusion(rows)[name] for name in names] == [2, 1, 1, 1]
-    assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 2, 1]
-    assert [confusion(rows, 20.0, nominal=True)[name] for name in names] == [1, 1, 2, 1]
-    assert [confusion(rows, 10.0, nominal=True)[name] for name in names] == [2, 1, 1, 1]
-    rows[0]["swept"]["gt_clearance"] = 0.015  # can never have 20 mm
-    assert [confusion(rows, 20.0)[name] for name in names] == [1, 1, 1, 1]
-    assert confusion(rows)["agree"] == pytest.approx(0.6)

@@ -13,10 +13,9 @@ from tests.shared import Shared
 from warehouse_sim.benchmark.entrants.entrant import Oracle
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
-from warehouse_sim.benchmark.sealed.log import log_evaluations
 from warehouse_sim.benchmark.sealed.make import make_set, seeds_of
 from warehouse_sim.benchmark.sealed.public import levelled
-from warehouse_sim.benchmark.sealed.score import evaluate_sealed
+from warehouse_sim.benchmark.sealed.score import evaluate_sealed, log_evaluations
 from warehouse_sim.benchmark.sealed.seal import read_facts, require_sealed, unsealed
 from warehouse_sim.benchmark.suite import ConditionConfig, DataConfig, LeastConfig, Suite, load_suite
 from warehouse_sim.cli.main import main

@@ -10,7 +10,7 @@ import pytest
 from tests.dataset.toy import CAMERA, T_CAMERA_LIDAR, failures, make_dataset, make_manifest, with_recipe
 from warehouse_sim.dataset.files.image_io import encode_disparity
 from warehouse_sim.dataset.formats.kitti import KITTI_KINDS, kitti_kinds
-from warehouse_sim.dataset.formats.kitti.reader import parse_calib
+from warehouse_sim.dataset.formats.kitti.tolerant import OUR_SHAPES, read_matrices
 from warehouse_sim.dataset.formats.kitti.writer import calib_text
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
 from warehouse_sim.dataset.validate import validate
@@ -54,7 +54,7 @@ def test_kinds_follow_the_recipes_sensors() -> None:
 def test_the_folder_validates_and_names_what_is_wrong(root: Path) -> None:
     assert failures(root) == {}
     calib = root / "kitti/training/calib/000000.txt"
-    P3 = parse_calib(calib.read_text(), "calib")["P3"]
+    P3 = read_matrices(calib.read_text(), "calib", OUR_SHAPES)["P3"]
     assert P3[0, 3] == pytest.approx(-110.0 * 0.25)
     calib.write_text(calib_text(CAMERA, T_CAMERA_LIDAR, 0.3))
     (broken,) = [check for check in validate(root) if not check.ok]
@@ -96,5 +96,5 @@ def test_disparities_are_256ths_and_too_large_ones_are_none(tmp_path: Path) -> N
 
 
 def test_without_a_right_camera_all_four_are_the_same() -> None:
-    matrices = parse_calib(calib_text(CAMERA, T_CAMERA_LIDAR), "calib")
+    matrices = read_matrices(calib_text(CAMERA, T_CAMERA_LIDAR), "calib", OUR_SHAPES)
     assert all(np.array_equal(matrices[f"P{number}"], matrices["P0"]) for number in range(4))

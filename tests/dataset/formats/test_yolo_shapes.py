@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from warehouse_sim.dataset.formats.yolo.polygons import mask_polygon
-from warehouse_sim.dataset.formats.yolo.rows import key_points, mirrored, oriented_box, points_of
+from warehouse_sim.dataset.formats.yolo.writer import key_points, mirrored, oriented_box, points_of
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import make_transform, rotation_z
 from warehouse_sim.schema import Pocket

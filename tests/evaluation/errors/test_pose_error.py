@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from tests.evaluation.pallet import CORNERS, SYMMETRY, nudge, random_motion, seen_from, surface
 from warehouse_sim.evaluation.errors.pose_error import (
@@ -14,7 +15,7 @@ from warehouse_sim.evaluation.errors.pose_error import (
     surface_rms,
     translation_error,
 )
-from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z
+from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 HALF_TURN = make_transform(rotation_z(np.pi))
@@ -137,6 +138,14 @@ def test_add_and_rms_are_those_of_points_that_are_moved_one_by_one(scale: float)
             distance = np.linalg.norm(points @ turn.T + t - points, axis=1)
             assert add(T, points) == pytest.approx(distance.mean(), abs=1e-9 * max(scale, 1e-6), rel=1e-9)
             assert surface_rms(T, points) == pytest.approx(np.sqrt((distance**2).mean()), abs=1e-11, rel=1e-9)
+
+
+@pytest.mark.parametrize(("angle", "offset"), [(0.05, 0.05), (np.pi, 3.0), (0.0, 300.0)])
+def test_add_s_is_what_brute_force_finds(angle: float, offset: float):
+    rng = np.random.default_rng(2)
+    T, points = np.stack([random_motion(rng, angle, offset) for _ in range(60)]), surface()
+    expected = [cdist(points, transform_points(move, points)).min(axis=1).mean() for move in T]
+    assert add_s(T, points, KDTree(points)) == pytest.approx(np.array(expected), rel=1e-9, abs=1e-12)
 
 
 def test_chamfer_is_the_mean_of_both_ways():

@@ -1,4 +1,4 @@
-"""What the simulated truck is sent to: an estimate of a pallet in a scene, or the ground truth with a known error."""
+"""What the simulated truck is sent to: an estimate of a pallet in a scene, and what the swept-volume check says."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,18 +6,10 @@ from typing import Any
 import numpy as np
 
 from warehouse_sim.benchmark.docking.station import Station
-from warehouse_sim.evaluation.docking.fork import (
-    HEEL_GAP,
-    MIN_INSERTION,
-    REACH,
-    TINE_THICKNESS,
-    TINE_WIDTH,
-    DockingFace,
-    docking_errors,
-)
+from warehouse_sim.evaluation.docking.fork import DockingFace, docking_errors
 from warehouse_sim.evaluation.docking.insertion import docking_slack, failure_axes
 from warehouse_sim.evaluation.docking.mesh_sweep import lane_triangles, mesh_slack
-from warehouse_sim.geometry.pose import Transform, invert, make_transform, rotation_y, rotation_z
+from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.schema import FREE, UNDER_A_STACK
 
 
@@ -26,15 +18,14 @@ class Question:
     """One docking to judge."""
 
     source: str
-    """Recipe or dataset, with the predictions file if there is one."""
+    """Recipe, or dataset with the predictions file."""
     scene: int
     image: int
     instance: int
     """Of the pallet in the scene."""
     face: str
     kind: str
-    """Where the estimate is from: "ground truth", "too deep", the one error that was planted, "all" for all,
-    "predicted"."""
+    """Where the estimate is from, such as "predicted"."""
     T_object_estimated: Transform
     """Under the best symmetry, in the true object frame."""
 
@@ -87,44 +78,3 @@ def swept_answer(question: Question, station: Station) -> dict[str, Any]:
             name: float(getattr(errors, name)[0]) for name in ("depth", "lateral", "vertical", "yaw", "pitch", "roll")
         },
     }
-
-
-AXES = ("lateral", "vertical", "depth", "yaw", "pitch")
-KINDS = ("oracle", "too deep", *AXES, "all")
-"""The ground truth itself, 0.2 m too deep, one error alone, and all five at once."""
-_DEEP = 0.2
-_ALONE, _TOGETHER = 2.0, 0.7
-"""Errors are uniform up to this fraction of their limit, when alone and when all five come together."""
-
-
-def planted(kind: str, face: DockingFace, rng: np.random.Generator) -> Transform:
-    """Return an estimate in the true object frame with an error of this kind, drawn from ``rng``."""
-    errors = dict.fromkeys(AXES, 0.0)
-    if kind == "too deep":
-        errors["depth"] = _DEEP
-    for name in AXES if kind == "all" else (kind,) if kind in AXES else ():
-        below, above = limits(face)[name]
-        fraction = float(rng.uniform(-1.0, 1.0)) * (_TOGETHER if kind == "all" else _ALONE)
-        errors[name] = fraction * (above if fraction > 0.0 else below)
-    return misplaced(face, **errors)
-
-
-def limits(face: DockingFace) -> dict[str, tuple[float, float]]:
-    """Return how far each error alone may go, below and above 0 (m, rad), both positive, in the middle of a pocket."""
-    clear = np.min([pocket.size for pocket in face.pockets], axis=0)
-    beside, above = (clear[1:] - [TINE_WIDTH, TINE_THICKNESS]) / 2.0
-    inside = min(float(clear[0]), REACH)
-    short = max(REACH - MIN_INSERTION * face.depth, 0.0)
-    return {
-        "lateral": (beside, beside),
-        "vertical": (above, above),
-        "depth": (short, HEEL_GAP),
-        "yaw": (beside / inside, beside / inside),
-        "pitch": (above / inside, above / inside),
-    }
-
-
-def misplaced(face: DockingFace, depth: float, lateral: float, vertical: float, yaw: float, pitch: float) -> Transform:
-    """Return an estimate in the true object frame that is wrong by that much at the entry of ``face`` (m, rad)."""
-    off = make_transform(rotation_z(yaw) @ rotation_y(-pitch), np.array([depth, lateral, vertical]))
-    return face.T_object_dock @ off @ invert(face.T_object_dock)

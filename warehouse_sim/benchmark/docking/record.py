@@ -1,25 +1,131 @@
-"""What both judges say of a question, asked once and kept line by line, and how often they agree."""
+"""The questions that predictions raise, and what both judges say of each, asked once and kept line by line."""
 
 import hashlib
 import json
 import time
-from collections.abc import Sequence
-from dataclasses import asdict
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
+from warehouse_sim.annotate.dockable import accessibility
+from warehouse_sim.annotate.trucks import TRUCKS
 from warehouse_sim.benchmark.docking.drive import dock
-from warehouse_sim.benchmark.docking.questions import Question, swept_answer
-from warehouse_sim.benchmark.docking.sources import Source
-from warehouse_sim.benchmark.docking.station import Station
+from warehouse_sim.benchmark.docking.questions import Question, swept_answer, why_not
+from warehouse_sim.benchmark.docking.station import Station, station_of
 from warehouse_sim.benchmark.docking.truck import TRUCK
 from warehouse_sim.benchmark.rows.simulated import Verdict
+from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset.layout import DatasetLayout
+from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.evaluation.intervals import fraction_interval
+from warehouse_sim.dataset.results import predictions as prediction_file
+from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
+from warehouse_sim.errors import ConfigError, DatasetError, PlacementError
+from warehouse_sim.evaluation.docking.fork import approached_face, docking_faces
+from warehouse_sim.evaluation.errors.pose_error import estimates_in_object, nearest_symmetry
+from warehouse_sim.evaluation.errors.surface import ErrorModels
+from warehouse_sim.evaluation.pairing import pair_up
+from warehouse_sim.generation.recipe import Recipe
+from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.geometry.pose import Transform
+from warehouse_sim.scene import sample_scene, scene_rng
+from warehouse_sim.scene.layouts.site import Truck
+from warehouse_sim.scene.solids import Solids
+from warehouse_sim.schema import Accessibility, SceneSpec
 from warehouse_sim.schema.things import is_damaged
+
+_LEAST_VISIBLE = 0.1
+"""As the scores have it."""
+Seen = tuple[int, int, str, Transform]
+"""Image, instance, face and estimate."""
+
+
+def questions(data: Path, predictions: Path, split: str, a_scene: int) -> Iterator[tuple[Question, Station]]:
+    """Yield questions scene by scene; the same ones for the same arguments.
+
+    Args:
+        data: A dataset.
+        predictions: A CSV of poses; what it is called are the folders that a score keeps it in, else the file.
+        split: Which images.
+        a_scene: Predictions of at most so many pallets of a scene are evaluated, of the same ones whoever predicts.
+    """
+    parts = predictions.parts[-4:-1] if predictions.stem == "predictions" else (predictions.stem,)
+    label = f"{data.name} {'/'.join(parts)}"
+    for index, seen in sorted(_predicted(data, predictions, split).items()):
+        scene, truck = scene_of(data, index)
+        reach = accessibility(scene, TRUCKS[truck])
+        seen.sort(key=lambda item: zlib.crc32(f"{index} {item[:3]}".encode()))
+        yield from islice(_of_scene(label, scene, reach, seen), a_scene)
+
+
+def _of_scene(
+    label: str, scene: SceneSpec, reach: Mapping[int, Accessibility], seen: list[Seen]
+) -> Iterator[tuple[Question, Station]]:
+    solids = Solids.of(scene.instances, scene.models)
+    for image, instance, name, estimate in seen:
+        station = station_of(scene, instance, solids)
+        if not why_not(station, station.face(name), reach[instance].faces[name]):
+            yield Question(label, scene.scene_index, image, instance, name, "predicted", estimate), station
+
+
+def _predicted(data: Path, predictions: Path, split: str) -> dict[int, list[Seen]]:
+    """Return by scene what a file of predictions says of pallets with pockets, under the best symmetry."""
+    reader, estimates = DatasetReader(data), prediction_file.read(predictions)
+    models = ErrorModels(reader.objects, 0)
+    rows: dict[int, list[Seen]] = {}
+    for pair in pair_up(estimates, reader.images(split), models, _LEAST_VISIBLE):
+        info, target = models.info(pair.target), pair.target
+        if not info.pockets or pair.prediction < 0 or not target.instance_id:
+            continue
+        estimated = estimates[pair.prediction].T_camera_object[None]
+        alike = estimates_in_object(estimated, target.T_camera_object[None], info.symmetry)
+        best, _ = nearest_symmetry(alike, models.points(target).hull)
+        faces = docking_faces(info.size, info.pockets)
+        face = faces[int(approached_face(target.T_camera_object[None], faces)[0])].name
+        rows.setdefault(pair.image.scene_id, []).append((pair.image.image_id, target.instance_id, face, best[0]))
+    return rows
+
+
+def scene_of(root: Path, scene_index: int) -> tuple[SceneSpec, Truck]:
+    """Return a scene of a dataset with everything where its record has it, and what takes pallets there.
+
+    Raises:
+        DatasetError: The recipe does not give the scene that is recorded.
+    """
+    record, where = read_scene_record(root, scene_index), str(DatasetLayout(root).scene_record(scene_index))
+    recipe = from_mapping(Recipe, read_manifest(root).recipe, f"{root}: recipe")
+    try:
+        settings = recipe.scene.sampled(partial(scene_rng, record.seed, scene_index, attempt=record.attempt))
+        if recipe.occlusion is None:
+            sampled = sample_scene(recipe.scene, record.seed, scene_index, record.attempt)
+        else:  # what is put before the camera is chosen in the settled scene
+            sampled = prepare_scene(recipe, record.seed, scene_index).scene
+    except (ConfigError, PlacementError) as problem:
+        raise DatasetError(f"{where}: {problem}; generate the dataset again with this version") from problem
+    return _as_recorded(sampled, record, where), settings.layout.truck
+
+
+def _as_recorded(sampled: SceneSpec, record: SceneRecord, where: str) -> SceneSpec:
+    """Return the sampled scene with everything where the record has it."""
+    models = {item.instance_id: item.model for item in sampled.instances}
+    other = {item.instance_id: item.model for item in record.objects}
+    differing = sorted(number for number in models.keys() | other.keys() if models.get(number) != other.get(number))
+    if differing:
+        number = differing[0]
+        raise DatasetError(
+            f"{where}: object {number} is {other.get(number)!r}, sampled again it is {models.get(number)!r}: this "
+            "version samples other scenes from the recipe; use the version that the manifest names, or generate again"
+        )
+    places = {item.instance_id: np.asarray(item.T_world_object) for item in record.objects}
+    instances = tuple(replace(item, T_world_object=places[item.instance_id]) for item in sampled.instances)
+    return replace(sampled, instances=instances, settled=True)
+
 
 Row = dict[str, Any]
 
@@ -102,68 +208,18 @@ def truck_verdicts(data: Path, predictions: Path, split: str, most: int) -> Sequ
         most: How many poses, about as many of each scene; which pallets does not depend on who predicts.
     """
     scenes = {image.scene_id for image in DatasetReader(data).images(split)}
-    source = Source(f"{data}={predictions}", split=split, a_scene=-(-most // max(len(scenes), 1)))
+    evaluated = islice(questions(data, predictions, split, -(-most // max(len(scenes), 1))), most)
     kept = Kept(predictions.parent / "answers.jsonl")
-    rows = [answer(kept, question, station) for question, station in source.questions(most)]
+    rows = [answer(kept, question, station) for question, station in evaluated]
     return [Verdict(row["scene"], simulated_docks(row), swept_docks(row)) for row in rows]
 
 
-_RESAMPLES = 2000
-
-
-def swept_docks(row: Row, margin_mm: float = 0.0, nominal: bool = False) -> bool:
-    """Return the swept-volume check with a margin to the pallet's own mesh; the depth limits stay.
-
-    Args:
-        row: An answer.
-        margin_mm: Of the swept-volume check.
-        nominal: To the walls of the nominal pockets instead.
-    """
-    clearance = dict(row["swept"]["clearance"])
-    if nominal:
-        clearance["mesh"] = row["swept"]["clearance_nominal"]
-    if any(value is None for value in clearance.values()):
-        return False
-    return bool(clearance["mesh"] >= margin_mm / 1000.0 and min(clearance["heel"], clearance["tips"]) >= 0.0)
-
-
-def evaluated(rows: Sequence[Row], margin_mm: float) -> list[Row]:
-    """Return the rows of pallets that leave a margin at their true pose."""
-    return [row for row in rows if row["swept"]["gt_clearance"] >= margin_mm / 1000.0]
+def swept_docks(row: Row) -> bool:
+    """Return whether the swept-volume check says of an answer that the truck takes the pallet."""
+    clearance = row["swept"]["clearance"].values()
+    return all(value is not None and value >= 0.0 for value in clearance)
 
 
 def simulated_docks(row: Row) -> bool:
     """Return whether the simulated truck took the pallet."""
     return bool(row["simulated"]["outcome"] == "docked")
-
-
-def confusion(rows: Sequence[Row], margin_mm: float = 0.0, nominal: bool = False) -> dict[str, Any]:
-    """Count how both judge; the fraction that agrees has a 95 % interval over scenes.
-
-    Args:
-        rows: At least one.
-        margin_mm: Of the swept-volume check; pallets that cannot leave it at their true pose are left out.
-        nominal: Judge by nominal pockets.
-    """
-    rows = evaluated(rows, margin_mm)
-    swept = np.array([swept_docks(row, margin_mm, nominal) for row in rows], dtype=bool)
-    simulated = np.array([simulated_docks(row) for row in rows], dtype=bool)
-    same = (swept == simulated).astype(float)
-    return {
-        "margin_mm": margin_mm,
-        "pockets": "nominal" if nominal else "mesh of the pallet",
-        "both dock": int((swept & simulated).sum()),
-        "swept only": int((swept & ~simulated).sum()),
-        "simulation only": int((~swept & simulated).sum()),
-        "neither": int((~swept & ~simulated).sum()),
-        "agree": float(same.mean()),
-        "agree_95": over_scenes(rows, same),
-    }
-
-
-def over_scenes(rows: Sequence[Row], values: Float[np.ndarray, " n"]) -> tuple[float, float]:
-    """Return the 95 % interval over scenes of the mean of numbers in 0-1, one a row."""
-    places = [(row["source"], row["scene"]) for row in rows]
-    numbers = {place: number for number, place in enumerate(dict.fromkeys(places))}
-    scenes = np.array([numbers[place] for place in places])
-    return fraction_interval(values, scenes, _RESAMPLES, np.random.default_rng(0))

@@ -1,6 +1,5 @@
 """The sealed half of a frozen set: one file with all that the public folder lacks, known by its SHA-256."""
 
-import hashlib
 import json
 import shutil
 import zipfile
@@ -13,6 +12,7 @@ from tempfile import TemporaryDirectory
 from warehouse_sim.benchmark.kept import file_digest
 from warehouse_sim.benchmark.sealed.public import IMAGES, SPLIT
 from warehouse_sim.config import from_mapping
+from warehouse_sim.dataset.files.checksums import file_sum
 from warehouse_sim.dataset.formats.bop import bop_layout
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import InputError
@@ -24,7 +24,6 @@ SUMS = "sealed.sha256"
 """Beside the suites: the hashes of sealed files, as sha256sum writes them."""
 _FACTS = "set.json"
 _FORMAT = 1
-_CHUNK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -59,16 +58,7 @@ def write_sealed(path: Path, facts: SetFacts, roots: Mapping[str, Path]) -> str:
         for name, root in roots.items():
             for member in _truth(root):
                 archive.write(member, f"{name}/{member.relative_to(root).as_posix()}")
-    return digest_of(path)
-
-
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file of any size."""
-    whole = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            whole.update(chunk)
-    return whole.hexdigest()
+    return file_sum(path)
 
 
 def require_sealed(path: Path, sums: Path | None = None) -> None:
@@ -93,7 +83,7 @@ def require_sealed(path: Path, sums: Path | None = None) -> None:
             f"{path}: {sums.name} lists no {path.name}; name the list that came with the set with --sums, "
             f"or keep the file's name: {', '.join(sorted(listed)) or 'none is listed'}"
         )
-    found = digest_of(path)
+    found = file_sum(path)
     if found != listed[path.name]:
         raise InputError(
             f"{path}: its SHA-256 is {found}, {sums.name} has {listed[path.name]}: it is another set or was changed"

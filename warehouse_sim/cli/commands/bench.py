@@ -55,7 +55,7 @@ def bench(
     require_extra("learn", "to predict")
     from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.run import RunConfig, result_file, run_suite
-    from warehouse_sim.benchmark.sealed.log import log_evaluations
+    from warehouse_sim.benchmark.sealed.score import log_evaluations
     from warehouse_sim.benchmark.sealed.seal import require_sealed
     from warehouse_sim.benchmark.suite import load_suite, quickened
     from warehouse_sim.resources import suite_names

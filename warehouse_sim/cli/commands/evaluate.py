@@ -56,8 +56,7 @@ def evaluate(
 def _evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None, out: Path, overwrite: bool) -> None:
     from warehouse_sim.benchmark.report.markdown import summary
     from warehouse_sim.benchmark.result import write_result
-    from warehouse_sim.benchmark.sealed.log import log_evaluations
-    from warehouse_sim.benchmark.sealed.score import evaluate_sealed
+    from warehouse_sim.benchmark.sealed.score import evaluate_sealed, log_evaluations
 
     result = evaluate_sealed(predictions, sealed, sums)
     log_evaluations(sealed, result)

@@ -1,7 +1,7 @@
 """What the formats of this package have in common: parts that are imported on use, and the bases of writers."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -10,7 +10,7 @@ from typing import Any
 
 from warehouse_sim.dataset.checks.findings import NamedCheck
 from warehouse_sim.dataset.formats import DatasetWriter, FormatReader
-from warehouse_sim.dataset.formats.observation_files import require_depth_fits
+from warehouse_sim.dataset.formats.observation_files import ObservationFiles, require_depth_fits
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.output import writing
@@ -98,6 +98,14 @@ class SceneWriterBase:
 
     def finish(self) -> None:
         """Store nothing; formats with files that cover a scene store them."""
+
+
+@dataclass(frozen=True)
+class EachWriter(SceneWriterBase):
+    """Writes each observation by itself."""
+
+    write: Callable[[ObservationFiles], None]
+    """Stores one."""
 
 
 def remove_folder(path: Path) -> None:

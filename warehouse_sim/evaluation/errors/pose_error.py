@@ -10,12 +10,13 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from warehouse_sim.evaluation.blocks import in_blocks
-from warehouse_sim.evaluation.errors.nearest import mean_nearest_distance
 from warehouse_sim.geometry.pose import Transforms, invert, rotation_angle, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
 _BLOCK = 512
 """Transforms handled at once, which bounds memory for large symmetry groups."""
+_AT_ONCE = 50_000
+"""Points handled at once, few enough for the processor's cache."""
 
 
 def estimates_in_object(
@@ -102,7 +103,14 @@ def add_s(
     """
     # The estimate is rigid: asking the resting points for their distance to x, moved back, needs one tree for all.
     moved_back = invert(T_object_estimated).reshape(-1, 4, 4)
-    return mean_nearest_distance(moved_back, points, tree).reshape(T_object_estimated.shape[:-2])
+    result = np.empty(len(moved_back))
+
+    def work(block: slice) -> None:
+        distance, _ = tree.query(transform_points(moved_back[block], points))
+        result[block] = np.asarray(distance).mean(axis=-1)
+
+    in_blocks(len(result), _AT_ONCE // len(points), work)
+    return result.reshape(T_object_estimated.shape[:-2])
 
 
 def chamfer(
@@ -164,10 +172,6 @@ def _terms(points: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "10 m"]:
     """Return products of coordinates in the order of ``_weights``."""
     row, column = np.triu_indices(3)
     return np.concatenate([(points[:, row] * points[:, column]).T, points.T, np.ones((1, len(points)))])
-
-
-_AT_ONCE = 50_000
-"""Points projected at once, few enough for the processor's cache."""
 
 
 def mspd(

@@ -124,7 +124,7 @@ def read_light(path: Path, prim: Any, cache: Any) -> Light:
         color=(color[0], color[1], color[2]),
         casts_shadow=bool(shadow),
         radius=0.0 if is_point else float(ball.GetRadiusAttr().Get()),
-        fill=record.flag("fill"),
+        fill=record.get("fill", bool, False),
     )
     return light if kind == "point" else _shaped(path, light, prim, record, T_world_light)
 
@@ -149,8 +149,8 @@ def _shaped(path: Path, light: Light, prim: Any, record: Record, T_world_light: 
         raise DatasetError(f"{path}: {prim.GetPath()}: {problem}") from problem
     named = replace(
         distribution,
-        name=record.text("distribution", distribution.name),
-        peak=record.number("distribution_peak", distribution.peak),
+        name=record.get("distribution", str, distribution.name),
+        peak=record.get("distribution_peak", float, distribution.peak),
     )
     x, y, z = map(float, T_world_light[:3, 0])
     return replace(light, distribution=named, along=(x, y, z))

@@ -138,19 +138,19 @@ def read_material(path: Path, prim: Any) -> Material:
     base = np.array(value("diffuseColor", (0.18, 0.18, 0.18)), float)  # the specification's own default
     glow = np.array(value("emissiveColor", (0.0, 0.0, 0.0)), float)
     # Black emits nothing that could be seen: what was requested of it stands in the record alone.
-    emission = float(glow.max() / base.max()) if base.max() > 0.0 else record.number("emission", 0.0)
+    emission = float(glow.max() / base.max()) if base.max() > 0.0 else record.get("emission", float, 0.0)
     numbers = {name: float(value(name, default)) for name, default in (("roughness", 0.5), ("metallic", 0.0))}
     opacity = float(value("opacity", 1.0))
     if not np.isfinite([*base, emission, *numbers.values(), opacity]).all() or min(base.min(), emission) < 0.0:
         record.reject("inputs of the surface", [*base, emission, *numbers.values()], "finite and not negative")
     return Material(
-        name=record.text("name", prim.GetName()),
+        name=record.get("name", str, prim.GetName()),
         base_color=(float(base[0]), float(base[1]), float(base[2])),
         **numbers,
-        texture=record.text("texture") if "texture" in record else None,
-        texture_size=record.number("texture_size", 1.0),
-        remission=record.number("remission", 0.5),
+        texture=record.get("texture", str, None),
+        texture_size=record.get("texture_size", float, 1.0),
+        remission=record.get("remission", float, 0.5),
         emission=emission,
         opacity=opacity,
-        picture=record.text("picture") if "picture" in record else None,
+        picture=record.get("picture", str, None),
     )

@@ -164,39 +164,41 @@ def read_model(path: Path, prim: Any, data: Any, meshes: MeshReader, materials: 
             raise DatasetError(
                 f"{path}: {child.GetPath()} is bound to {bound or 'nothing'}, which is no material there"
             )
-        name = own.text("material", materials[bound].name)
+        name = own.get("material", str, materials[bound].name)
         if name != materials[bound].name:
             paint[name] = materials[bound].name
         T_object_part, scale = placed_at(child)
-        parts.append(Part(meshes.read(child), scale, T_object_part, name, own.text("role", "")))
+        parts.append(Part(meshes.read(child), scale, T_object_part, name, own.get("role", str, "")))
     # Bindings show paint, but for what covers no part, or a material by itself.
     shown = {part.material for part in parts}
-    recorded = zip(record.texts("paint_from"), record.texts("paint_to"), strict=False)
+    recorded = zip(
+        record.get("paint_from", tuple[str, ...], ()), record.get("paint_to", tuple[str, ...], ()), strict=False
+    )
     paint |= {key: value for key, value in recorded if key not in shown or key == value}
     # What stands still has no body that has a mass.
     own_mass = pxr.Physics.MassAPI(data).GetMassAttr().Get() if data.HasAPI(pxr.Physics.MassAPI) else None
     names = {item.name: item for item in materials.values()}
     symmetry = record.numbers("symmetry", -1, 4, 4)
     model = ObjectModel(
-        name=record.text("model"),
-        class_name=record.text("class_name"),
-        obj_id=record.whole("obj_id"),
+        name=record.get("model", str),
+        class_name=record.get("class_name", str),
+        obj_id=record.get("obj_id", int),
         size=record.numbers("size", 3),
         parts=tuple(parts),
         collision=read_colliders(prim.GetChild(COLLIDERS)),
-        mass=record.number("mass", 0.0) if own_mass is None else float(own_mass),
+        mass=record.get("mass", float, 0.0) if own_mass is None else float(own_mass),
         symmetry=SymmetryGroup(symmetry) if len(symmetry) else SymmetryGroup.trivial(),
         pockets=_pockets(record),
         luminous_face=_luminous_face(record),
-        materials=tuple(names[item] for item in record.texts("own_materials") if item in names),
-        make=record.text("make", ""),
-        bears=record.number("bears") if "bears" in record else None,
+        materials=tuple(names[item] for item in record.get("own_materials", tuple[str, ...], ()) if item in names),
+        make=record.get("make", str, ""),
+        bears=record.get("bears", float, None),
     )
     return ReadModel(model, paint)
 
 
 def _pockets(record: Record) -> tuple[Pocket, ...]:
-    faces = record.texts("pocket_faces")
+    faces = record.get("pocket_faces", tuple[str, ...], ())
     poses, sizes = record.numbers("pocket_poses", -1, 4, 4), record.numbers("pocket_sizes", -1, 3)
     if not len(faces) == len(poses) == len(sizes):
         record.reject("pocket_poses", len(poses), f"as many as pocket_faces, {len(faces)}")
@@ -206,14 +208,14 @@ def _pockets(record: Record) -> tuple[Pocket, ...]:
 def _luminous_face(record: Record) -> LuminousFace | None:
     if "luminous_source" not in record:
         return None
-    source = record.text("luminous_source")
+    source = record.get("luminous_source", str)
     if source not in ("electric", "daylight"):
         record.reject("luminous_source", source, "electric or daylight")
     return LuminousFace(
         source="daylight" if source == "daylight" else "electric",
-        material=record.text("luminous_material"),
-        catalog_material=record.text("luminous_catalog_material"),
+        material=record.get("luminous_material", str),
+        catalog_material=record.get("luminous_catalog_material", str),
         inward=record.numbers("luminous_inward", 3),
-        distance=record.number("luminous_distance"),
-        area=record.number("luminous_area"),
+        distance=record.get("luminous_distance", float),
+        area=record.get("luminous_area", float),
     )

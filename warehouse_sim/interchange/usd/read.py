@@ -41,19 +41,19 @@ def read_usd(path: Path) -> SceneSpec:
     viewpoints = [read_viewpoint(path, child, cache) for child in _children(stage, VIEWPOINTS, pxr.Geom.Xform)]
     aisle = [float(edge) for edge in record.numbers("aisle", 4)] if "aisle" in record else None
     return SceneSpec(
-        scene_index=record.whole("scene_index"),
-        seed=record.whole("seed"),
+        scene_index=record.get("scene_index", int),
+        seed=record.get("seed", int),
         models=models,
         materials={item.name: item for item in materials.values()},
         instances=tuple(instances),
         lights=tuple(lights),
         viewpoints=tuple(viewpoints),
-        targets=record.texts("targets"),
+        targets=record.get("targets", tuple[str, ...], ()),
         ambient=read_even_light(stage.GetPrimAtPath(f"{LIGHTS}/{EVEN_LIGHT}")),
-        exposure=record.number("exposure"),
-        settled=record.flag("settled"),
-        lighting=record.text("lighting"),
-        attempt=record.whole("attempt"),
+        exposure=record.get("exposure", float),
+        settled=record.get("settled", bool, False),
+        lighting=record.get("lighting", str),
+        attempt=record.get("attempt", int),
         aisle=None if aisle is None else (aisle[0], aisle[1], aisle[2], aisle[3]),
     )
 
@@ -99,7 +99,7 @@ def _read_objects(
         key = str(prototype.GetPath())
         if key not in known:
             known[key] = read_model(path, prototype, prim, meshes, materials)
-        look, number = known[key], record.whole("instance_id")
+        look, number = known[key], record.get("instance_id", int)
         if number < 1 or number in seen:
             record.reject("instance_id", number, "above 0 and the object's own")
         seen.add(number)
@@ -112,7 +112,7 @@ def _read_objects(
                 model=models.setdefault(look.model.name, look.model).name,
                 T_world_object=T_world_object,
                 dynamic=prim.HasAPI(bindings().Physics.RigidBodyAPI),
-                group=record.whole("group", 0),
+                group=record.get("group", int, 0),
                 paint=look.paint,
             )
         )

@@ -1,14 +1,16 @@
 """What USD has no schema for (ids, pockets, symmetries, names of textures): the custom data of prims."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NoReturn
 
 import numpy as np
 
-from warehouse_sim.errors import DatasetError, shown
+from warehouse_sim.config import convert
+from warehouse_sim.errors import ConfigError, DatasetError, shown
 from warehouse_sim.interchange.usd.bindings import bindings
 
 _REMEDY = "write the scene again with write_usd"
+_REQUIRED = object()
 
 
 def keep(prim: Any, values: Mapping[str, Any]) -> None:
@@ -49,40 +51,24 @@ class Record:
     def __contains__(self, key: str) -> bool:
         return key in self._values
 
-    def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; without a default it must be there."""
-        value = self._value(key, default)
-        if not isinstance(value, str):
-            self.reject(key, value, "a text")
-        return str(value)
+    def get(self, key: str, hint: Any, default: Any = _REQUIRED) -> Any:
+        """Return a value of a type, ``tuple[str, ...]`` of texts, numbers finite; without a default it must be there.
 
-    def texts(self, key: str) -> tuple[str, ...]:
-        """Return texts, none where there are none."""
-        value = self._values.get(key, ())
-        if isinstance(value, str) or not isinstance(value, Sequence | bindings().Vt.StringArray):
-            self.reject(key, value, "a list of texts")
-        return tuple(str(item) for item in value)
-
-    def whole(self, key: str, default: int | None = None) -> int:
-        """Return a whole number."""
-        value = self._value(key, default)
-        if isinstance(value, bool) or not isinstance(value, int):
-            self.reject(key, value, "a whole number")
-        return int(value)
-
-    def flag(self, key: str, default: bool = False) -> bool:
-        """Return yes or no."""
+        Raises:
+            DatasetError: It is missing, or of another type.
+        """
         value = self._values.get(key, default)
-        if not isinstance(value, (bool, int)):
-            self.reject(key, value, "true or false")
-        return bool(value)
-
-    def number(self, key: str, default: float | None = None) -> float:
-        """Return a finite number."""
-        value = self._value(key, default)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        if value is _REQUIRED:
+            raise DatasetError(f"{self._path}: {self._prim.GetPath()}: custom data lacks {key}; {_REMEDY}")
+        if key not in self._values:
+            return default
+        try:
+            found = convert(hint, list(value) if isinstance(value, bindings().Vt.StringArray) else value, key)
+        except ConfigError:
+            self.reject(key, value, f"of type {getattr(hint, '__name__', hint)}")
+        if hint is float and not np.isfinite(found):
             self.reject(key, value, "a finite number")
-        return float(value)
+        return found
 
     def numbers(self, key: str, *shape: int) -> np.ndarray:
         """Return finite numbers in a shape; none at all where the first edge is -1 and the key is missing."""
@@ -94,7 +80,7 @@ class Record:
             self.reject(key, value, f"finite numbers, {' x '.join(map(str, shape)).replace('-1', 'n')}")
         return found.reshape(shape)
 
-    def reject(self, key: str, value: Any, wanted: str) -> None:
+    def reject(self, key: str, value: Any, wanted: str) -> NoReturn:
         """Raise the error for a value that cannot be used.
 
         Raises:
@@ -103,9 +89,3 @@ class Record:
         raise DatasetError(
             f"{self._path}: {self._prim.GetPath()}: {key} must be {wanted}, found {shown(value)}; {_REMEDY}"
         )
-
-    def _value(self, key: str, default: Any) -> Any:
-        value = self._values.get(key, default)
-        if value is None:
-            raise DatasetError(f"{self._path}: {self._prim.GetPath()}: custom data lacks {key}; {_REMEDY}")
-        return value

@@ -145,14 +145,14 @@ def read_viewpoint(path: Path, prim: Any, cache: Any) -> Viewpoint:
     velocity = record.numbers("velocity", 3)
     return Viewpoint(
         T_world_camera=world_pose(cache, prim),
-        kind=record.text("kind"),
+        kind=record.get("kind", str),
         T_world_vehicle=world_pose(cache, vehicle) if vehicle else None,
         velocity=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
-        yaw_rate=record.number("yaw_rate"),
-        time=record.number("time"),
-        sequence=record.whole("sequence") if "sequence" in record else None,
-        target=record.whole("target") if "target" in record else None,
+        yaw_rate=record.get("yaw_rate", float),
+        time=record.get("time", float),
+        sequence=record.get("sequence", int, None),
+        target=record.get("target", int, None),
         visible_request=None if requested is None else (float(requested[0]), float(requested[1])),
         lights=tuple(read_light(path, child, cache) for child in (lights.GetChildren() if lights else ())),
-        exposure=record.number("exposure") if "exposure" in record else None,
+        exposure=record.get("exposure", float, None),
     )

@@ -1,4 +1,4 @@
-"""What an estimator is given of a live image, and which of its answers is the truck's pallet."""
+"""What an estimator is given of a live image."""
 
 from dataclasses import replace
 
@@ -9,7 +9,6 @@ from tests.benchmark.docking.closed_loop.trucks import CAMERA, MOUNT, start_at
 from tests.benchmark.docking.stations import station
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
 from warehouse_sim.benchmark.docking.closed_loop.perceive import Seen, Shot, nominal
-from warehouse_sim.estimators.image import Detection
 from warehouse_sim.geometry.pose import invert, make_transform, transform_points
 from warehouse_sim.schema import PoseEstimate
 
@@ -51,18 +50,13 @@ class Says:
         return found
 
 
-def seen(live: Live, says: Says, front_end=()) -> Seen:
+def seen(live: Live, says: Says) -> Seen:
     model = PLACE.scene.model_of(START.pallet)
-    return Seen(live, says, START.pallet, model, front_end, np.array([0.1, 0.0, 0.072]), 3, 0.2)
+    return Seen(live, says, START.pallet, model, 3)
 
 
-def glance(T_odom_object=None) -> Glance:
-    return Glance(VIEW, VIEW.T_world_camera, T_odom_object, 7, 0.0)
-
-
-def two_boxes(image) -> list[Detection]:
-    """Find something left and right, whatever is there."""
-    return [Detection(box_xyxy=(left, 0.0, left + 50.0, 50.0), class_name="pallet") for left in (0.0, 300.0)]
+def glance() -> Glance:
+    return Glance(VIEW, VIEW.T_world_camera, 7, 0.0)
 
 
 def place_of(found: PoseEstimate | None) -> list[float]:
@@ -78,15 +72,6 @@ def test_the_true_mask_is_given_where_it_shows_enough() -> None:
     assert int(detection.mask.sum()) == 32
     assert says.image.gravity == pytest.approx([0.0, 1.0, 0.0])  # a level camera
     assert (says.image.scene_id, says.image.image_id) == (0, 3007)
-
-
-def test_of_what_a_front_end_finds_the_nearest_to_the_told_place_counts_then_to_the_believed_one() -> None:
-    says = Says((0.45, 0.0), (-0.2, 0.1))
-    assert place_of(seen(Live(0), says, [two_boxes])(glance())) == pytest.approx([-0.2, 0.1])
-    believed = make_transform(None, np.array([0.5, 0.1, 0.072]))
-    assert place_of(seen(Live(0), says, [two_boxes])(glance(believed))) == pytest.approx([0.45, 0.0])
-    assert seen(Live(0), Says((2.0, 0.0), (0.1, 0.6)), [two_boxes])(glance()) is None
-    assert seen(Live(100), says, [lambda image: []])(glance()) is None
 
 
 def test_only_fitted_uncertainty_can_be_too_low() -> None:

@@ -35,7 +35,7 @@ def test_every_level_changes_one_factor_of_the_base_and_names_what_there_is() ->
 
 def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "episodes.jsonl"
-    one = Runner("smoke", 3, ("oracle",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    one = Runner("smoke", 3, (BASE, CONDITIONS["open loop"]), None, Kept(file), {}, {}, starts=1)
     rows = list(one.rows(1))
     assert [(row["condition"], row["method"]) for row in rows] == [("base", "oracle"), ("open loop", "oracle")]
     assert rows[0]["outcome"] == "docked"
@@ -47,9 +47,9 @@ def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Monk
         raise AssertionError("a scene was drawn again")
 
     monkeypatch.setattr(run_module, "sample_settled_scene", never)
-    again = Runner("smoke", 3, ("oracle",), (BASE, CONDITIONS["open loop"]), None, Kept(file), starts=1)
+    again = Runner("smoke", 3, (BASE, CONDITIONS["open loop"]), None, Kept(file), {}, {}, starts=1)
     assert list(again.rows(1)) == rows
-    other = Runner("smoke", 3, ("oracle",), (CONDITIONS["no drift"],), None, Kept(file), starts=1)
+    other = Runner("smoke", 3, (CONDITIONS["no drift"],), None, Kept(file), {}, {}, starts=1)
     with pytest.raises(AssertionError, match="drawn again"):
         list(other.rows(1))
     assert all(json.loads(line)["key"] for line in file.read_text().splitlines()[:-1])

@@ -38,8 +38,6 @@ class Glance(NamedTuple):
     """Where the truck truly is."""
     T_odom_camera: Transform
     """Where it thinks that its camera is."""
-    T_odom_object: Transform | None
-    """Where it believes the pallet, None before the first estimate."""
     index: int  # type: ignore[assignment]  # a tuple has a method of that name
     """Of the image."""
     driven: float
@@ -144,7 +142,7 @@ class Approacher:
             time=self.time,
         )
         T_odom_camera = self.odometry.T_odom_vehicle @ T_vehicle_camera
-        glance = Glance(viewpoint, T_odom_camera, self.believed.T_odom_object, self.images, self.distance)
+        glance = Glance(viewpoint, T_odom_camera, self.images, self.distance)
         found = self.perceive(glance)
         self.images += 1
         if found is not None and not found.rejected and found.score >= self.perceive.min_score:

@@ -1,16 +1,15 @@
 """Who estimates the pallet on the way: ground truth, or an estimator that sees what the truck's camera sees."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Float32, Int32, UInt8
 
 from warehouse_sim.benchmark.docking.closed_loop.drive import Glance
-from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.estimators.gravity import down_of_camera
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import taken_by
 from warehouse_sim.estimators.tracking.tracker import View, in_sight
 from warehouse_sim.generation.light import light_scene
 from warehouse_sim.generation.observe import Stage
@@ -153,8 +152,6 @@ def hidden_scene(
 
 _LEAST_PIXELS = 32
 """As estimators ask of a dataset's ground-truth masks."""
-_FROM_COMMANDED, _NEAR = 0.5, 0.4
-"""What a front end finds is the truck's if it lies within this (m) of where it was sent, or believes it."""
 
 
 def nominal(sigma: float, turn_deg: float) -> Float[np.ndarray, "6 6"]:
@@ -185,15 +182,13 @@ class Oracle:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """An estimator on live images.
+    """An estimator on live images, with the ground-truth mask of the pallet.
 
     Args:
         live: Renders what the truck sees.
         estimator: Estimates poses.
         pallet: The truck's.
         model: Its geometry.
-        front_end: What finds objects in the image, one after the other; none takes the ground-truth mask of the pallet.
-        commanded: Where the truck was sent (m, world), to choose among detections.
         number: Of the approach; images of one scene have numbers of their own.
         min_score: Scores below this do not count, of estimators whose uncertainty was fitted; a score without
             uncertainty is no probability, and counts whatever it is.
@@ -204,10 +199,8 @@ class Seen:
     estimator: PoseEstimator
     pallet: ObjectInstance
     model: ObjectModel
-    front_end: Sequence[FrontEnd]
-    commanded: Float[np.ndarray, " 3"]
     number: int
-    min_score: float
+    min_score: float = 0.2
     sigma: tuple[float, float] = (0.02, 1.5)
 
     def __call__(self, glance: Glance) -> PoseEstimate | None:
@@ -223,30 +216,15 @@ class Seen:
             glance.T_odom_camera,
             down_of_camera(glance.T_odom_camera),
         )
-        image = self._with_detections(image, shot.instance_mask == self.pallet.instance_id)
-        if not image.detections:
+        mask = shot.instance_mask == self.pallet.instance_id
+        if int(mask.sum()) < _LEAST_PIXELS:
             return None
-        found = [item for item in self.estimator.estimate(image) if item.obj_id == self.model.obj_id]
-        found = found if not self.front_end else self._mine(found, glance)
+        mine = Detection(mask, self.model.obj_id, number=self.pallet.instance_id)
+        estimates = self.estimator.estimate(replace(image, detections=(mine,)))
+        found = [item for item in estimates if item.obj_id == self.model.obj_id]
         if not found:
             return None
         best = max(found, key=lambda item: item.score)
         if best.covariance is not None:
             return best
         return replace(best, covariance=nominal(*self.sigma), score=max(best.score, self.min_score))
-
-    def _with_detections(self, image: RgbdImage, mask: np.ndarray) -> RgbdImage:
-        if not self.front_end:
-            seen = int(mask.sum()) >= _LEAST_PIXELS
-            mine = Detection(mask, self.model.obj_id, number=self.pallet.instance_id)
-            return replace(image, detections=(mine,) if seen else ())
-        for stage in self.front_end:
-            image = replace(image, detections=tuple(stage(image)))
-        return replace(image, detections=taken_by(self.estimator, image.detections, (self.model.name,)))
-
-    def _mine(self, found: Sequence[PoseEstimate], glance: Glance) -> list[PoseEstimate]:
-        known = glance.T_odom_object
-        at, most = (self.commanded, _FROM_COMMANDED) if known is None else (known[:3, 3], _NEAR)
-        away = [float(np.linalg.norm((glance.T_odom_camera @ item.T_camera_object)[:3, 3] - at)) for item in found]
-        near = [pair for pair in zip(away, found, strict=True) if pair[0] <= most]
-        return [min(near, key=lambda pair: pair[0])[1]] if near else []

@@ -4,7 +4,7 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -16,14 +16,13 @@ from warehouse_sim.benchmark.docking.closed_loop.settings import CONDITIONS, DRI
 from warehouse_sim.benchmark.docking.closed_loop.starts import Start, starts_in
 from warehouse_sim.benchmark.docking.record import Kept
 from warehouse_sim.benchmark.docking.truck import TRUCK
-from warehouse_sim.benchmark.entrants.ways import Way, way_of
+from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.rows.simulated import Drive
 from warehouse_sim.benchmark.suite import ApproachConfig
 from warehouse_sim.dataset.formats.bop.models import even_mesh
 from warehouse_sim.dataset.objects import ObjectInfo, object_info
 from warehouse_sim.errors import ConfigError, PlacementError
-from warehouse_sim.estimators.api import FrontEnd, PoseEstimator
-from warehouse_sim.estimators.detections import open_stages
+from warehouse_sim.estimators.api import PoseEstimator
 from warehouse_sim.generation.plan import target_models
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.generation.scene import SampledScene, sample_settled_scene
@@ -32,8 +31,8 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import SceneSpec
 
-ORACLE, GT_MASKS = "oracle", "gt"
-"""The method that knows the pose, and the masks of the ground truth."""
+ORACLE = "oracle"
+"""The method that knows the pose."""
 _MOST_BARREN = 20
 """After so many scenes without a start a recipe is given up."""
 LEFT_OUT = "left out"
@@ -47,28 +46,22 @@ class Runner:
     Args:
         source: Recipe.
         seed: Of its scenes.
-        methods: "ground truth", or estimators as tables name them (``warehouse_sim.benchmark.entrants.ways``).
         conditions: Levels.
         renderer: Renders the images.
         kept: Rows so far.
-        masks: "gt", or a front end by name.
-        min_score: Below this an estimate does not count.
+        ways: Who estimates beside the ground truth, by name.
+        inputs: What the answers of each depend on, such as its weights.
         starts: Of each scene, at most.
-        ways: What methods stand for whose name does not say it.
-        inputs: What else the answers of a method depend on, such as its weights, by method.
     """
 
     source: str
     seed: int
-    methods: Sequence[str]
     conditions: Sequence[Condition]
     renderer: Renderer
     kept: Kept
-    masks: str = GT_MASKS
-    min_score: float = 0.2
+    ways: Mapping[str, Way]
+    inputs: Mapping[str, object]
     starts: int = 2
-    ways: Mapping[str, Way] = field(default_factory=dict)
-    inputs: Mapping[str, object] = field(default_factory=dict)
 
     def rows(self, episodes: int) -> Iterator[Row]:
         """Yield the rows of ``episodes`` starts; each is driven under every level by every method.
@@ -90,8 +83,8 @@ class Runner:
 
     def _of_start(self, scene: int, number: int) -> Iterator[Row]:
         for condition in self.conditions:
-            for method in self.methods:
-                key = self._key("episode", scene, number, asdict(condition), method, self._eyes(method))
+            for method in (ORACLE, *self.ways):
+                key = self._key("episode", scene, number, asdict(condition), method, self.inputs.get(method))
                 if key not in self.kept:
                     start = self._starts(scene)[number]
                     begun = time.process_time()
@@ -103,10 +96,6 @@ class Runner:
                     row["cpu_s"] = time.process_time() - begun
                     self.kept.add(key, row)
                 yield self.kept[key]
-
-    def _eyes(self, method: str) -> list[object]:
-        more = [self.inputs[method]] if method in self.inputs else []
-        return [] if method == ORACLE else [self.masks, self.min_score, *more]
 
     def _left_out(self, scene: int, number: int, condition: Condition, method: str, why: str) -> Row:
         place = {"source": self.source, "scene": scene, "start": number}
@@ -127,13 +116,7 @@ class Runner:
 
     @cached_property
     def _opened(self) -> dict[str, PoseEstimator]:
-        return {
-            name: (self.ways.get(name) or way_of(name)).open(self._objects) for name in self.methods if name != ORACLE
-        }
-
-    @cached_property
-    def _front_end(self) -> list[FrontEnd]:
-        return [] if self.masks == GT_MASKS else open_stages(self.masks)
+        return {name: way.open(self._objects) for name, way in self.ways.items()}
 
     _sampled_of: tuple[int, SampledScene, list[Start]] | None = None
     _live_of: tuple[tuple[object, ...], LiveScene] | None = None
@@ -163,7 +146,7 @@ class Runner:
         if isinstance(live, str):
             return live
         estimator = self._opened[method]
-        return Seen(live, estimator, pallet, model, self._front_end, start.commanded, start.number, self.min_score)
+        return Seen(live, estimator, pallet, model, start.number)
 
     def _live(self, start: Start, condition: Condition) -> LiveScene | str:
         """Return the loaded scene of a level; that of the last episode where it serves."""
@@ -201,13 +184,12 @@ def objects_of(recipe: Recipe) -> dict[int, ObjectInfo]:
     found = {}
     for model in target_models(recipe):
         meshes = {False: model.mesh(), True: even_mesh(model)}
-        info = object_info(model, Path())
-        found[model.obj_id] = replace(info, read_mesh=partial(_mesh_of, meshes))
+
+        def read(obj_id: int, even: bool, meshes: dict[bool, TriangleMesh] = meshes) -> TriangleMesh:
+            return meshes[even]
+
+        found[model.obj_id] = replace(object_info(model, Path()), read_mesh=read)
     return found
-
-
-def _mesh_of(meshes: Mapping[bool, TriangleMesh], obj_id: int, even: bool) -> TriangleMesh:
-    return meshes[even]
 
 
 def drives(config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str, Any], out: Path) -> Iterator[Drive]:
@@ -229,7 +211,7 @@ def drives(config: ApproachConfig, ways: Mapping[str, Way], inputs: Mapping[str,
     kept = Kept(out / "episodes.jsonl")
     with open_renderer("raster") as renderer:
         for recipe in config.recipes:
-            runner = Runner(recipe, config.seed, (ORACLE, *ways), levels, renderer, kept, ways=ways, inputs=inputs)
+            runner = Runner(recipe, config.seed, levels, renderer, kept, ways, inputs)
             for row in runner.rows(config.episodes):
                 if row["outcome"] != LEFT_OUT:
                     ended = row["outcome"]

@@ -1,6 +1,7 @@
 """Write clouds: the sweep of each LiDAR and the coloured cloud of the camera, each in its own frame."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -10,8 +11,8 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.point_table import Table, camera_table, classes_of, sweep_table, sweeps_of
 from warehouse_sim.dataset.files.record import camera_row
-from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_folder
-from warehouse_sim.dataset.formats.clouds import CloudLayout, cloud_layout
+from warehouse_sim.dataset.formats.built_in import EachWriter, WriterBase, remove_folder
+from warehouse_sim.dataset.formats.clouds import cloud_layout
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
@@ -53,13 +54,27 @@ class CloudWriter(WriterBase):
         text = _README.format(ending=self.name, color=_COLORS[self.name])
         write_bytes(self._layout.root / "README.md", text.encode("ascii"), durable=True)
 
-    def scene(self, scene: SceneSpec) -> "CloudSceneWriter":
+    def scene(self, scene: SceneSpec) -> EachWriter:
         """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         folder = self._layout.scene(split, scene.scene_index)
         remove_folder(folder)
         make_folder(folder)
-        return CloudSceneWriter(self._layout, split, scene)
+        return EachWriter(partial(self._write, split, scene))
+
+    def _write(self, split: Split, scene: SceneSpec, files: ObservationFiles) -> None:
+        """Write the clouds of one observation, and what is said of them."""
+        observation = files.observation
+        classes = classes_of(scene, observation.annotations)
+        tables = {CAMERA: camera_table(observation, classes)}
+        tables |= {name: sweep_table(item.reading, classes) for name, item in sweeps_of(observation).items()}
+        place = split, observation.scene_index, observation.observation_index
+        for name, table in tables.items():
+            comment = f"metres, frame of the sensor {name}"
+            write_bytes(self._layout.cloud(*place, name), ENCODERS[self.name](table, comment))
+        present = sorted({int(number) for table in tables.values() for number in np.unique(table["instance_id"])} - {0})
+        named = {number: classes[number] for number in present if number in classes}
+        write_json(self._layout.description(*place), _description(observation, tables, named))
 
 
 class PlyWriter(CloudWriter):
@@ -72,28 +87,6 @@ class PcdWriter(CloudWriter):
     """Write them as PCD."""
 
     name = "pcd"
-
-
-class CloudSceneWriter(SceneWriterBase):
-    """Write the clouds of one scene."""
-
-    def __init__(self, layout: CloudLayout, split: Split, scene: SceneSpec) -> None:
-        self._layout, self._split, self._scene = layout, split, scene
-        self._encode = ENCODERS[layout.ending]
-
-    def write(self, files: ObservationFiles) -> None:
-        """Write the clouds of one observation, and what is said of them."""
-        observation = files.observation
-        classes = classes_of(self._scene, observation.annotations)
-        tables = {CAMERA: camera_table(observation, classes)}
-        tables |= {name: sweep_table(item.reading, classes) for name, item in sweeps_of(observation).items()}
-        place = self._split, observation.scene_index, observation.observation_index
-        for name, table in tables.items():
-            comment = f"metres, frame of the sensor {name}"
-            write_bytes(self._layout.cloud(*place, name), self._encode(table, comment))
-        present = sorted({int(number) for table in tables.values() for number in np.unique(table["instance_id"])} - {0})
-        named = {number: classes[number] for number in present if number in classes}
-        write_json(self._layout.description(*place), _description(observation, tables, named))
 
 
 def _description(observation: Observation, tables: dict[str, Table], classes: dict[int, str]) -> dict[str, Any]:

@@ -145,7 +145,11 @@ class KittiFrame:
         return FrameCalibration(camera, T_camera_rect, None if T_rect_lidar is None else T_camera_rect @ T_rect_lidar)
 
     def labels(self) -> list[tuple[int, KittiLabel]]:
-        """Return the rows with a 3D box and the instance id of each; none in a frame without labels.
+        """Return the rows with a 3D box and the instance id of each, as ``rows`` does."""
+        return [(number, row) for number, row in self.rows() if has_box(row)]
+
+    def rows(self) -> list[tuple[int, KittiLabel]]:
+        """Return the rows and the instance id of each; none in a frame without labels.
 
         Ids are those of ``label_2_ids``, else rows are numbered from 1.
 
@@ -154,8 +158,7 @@ class KittiFrame:
         """
         path = self.find("label_2", ".txt")
         rows = [] if path is None else read_labels(read_text(path), str(path))
-        ids = self._ids(len(rows)) or list(range(1, len(rows) + 1))
-        return [(number, row) for number, row in zip(ids, rows, strict=True) if has_box(row)]
+        return list(zip(self._ids(len(rows)) or range(1, len(rows) + 1), rows, strict=True))
 
     def T_world_rect(self) -> Transform | None:
         """Return where the rectified frame is over its plane, z up; None where the frame has none.
@@ -202,18 +205,22 @@ class StoredSweep:
         return LidarScan(self.points, self.intensity, ids, rings, time.astype(np.float32))
 
 
-def read_sweep(frame: KittiFrame) -> StoredSweep | None:
+def read_sweep(frame: KittiFrame, name: str = "velodyne") -> StoredSweep | None:
     """Read a frame's sweep; points with NaN or infinity are left out and counted. None where there is no file.
+
+    Args:
+        frame: The frame.
+        name: Folder of the LiDAR's points.
 
     Raises:
         DatasetError: A file is too large or is not whole, or what stands beside it is not of as many points.
     """
-    path = frame.find("velodyne", ".bin")
+    path = frame.find(name, ".bin")
     if path is None:
         return None
     cloud = _floats(path, 4, None)
     keep = np.isfinite(cloud).all(axis=1)
-    ids_path, beams_path = frame.find("velodyne_ids", ".bin"), frame.find("velodyne_beams", ".bin")
+    ids_path, beams_path = (frame.find(f"{name}_{kind}", ".bin") for kind in ("ids", "beams"))
     ids = None if ids_path is None else _floats(ids_path, 1, len(cloud)).view("<i4")[:, 0]
     beams = None if beams_path is None else _floats(beams_path, 2, len(cloud))
     sweep = StoredSweep(cloud[:, :3], cloud[:, 3], ids, beams, int((~keep).sum()))
@@ -228,7 +235,7 @@ def _chosen(sweep: StoredSweep, keep: Bool[np.ndarray, " n"]) -> StoredSweep:
 def _floats(path: Path, columns: int, count: int | None) -> Float32[np.ndarray, "n columns"]:
     size = path.stat().st_size
     if size % (4 * columns) or size > _LARGEST_SWEEP * _POINT_BYTES or count not in (None, size // (4 * columns)):
-        wanted = "whole rows" if count is None else f"{count} rows, as velodyne has points,"
+        wanted = "whole rows" if count is None else f"{count} rows, as there are points,"
         raise DatasetError(f"{path}: {size} bytes are not {wanted} of {columns} 32-bit numbers; copy it again")
     return np.fromfile(path, "<f4").reshape(-1, columns)
 

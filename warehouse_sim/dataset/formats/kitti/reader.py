@@ -1,7 +1,4 @@
-"""Rows of KITTI's files: labels of targets as text, and text as numbers, as strictly as the strictest known reader.
-
-For files of this package's own; ``tolerant`` reads third-party ones.
-"""
+"""Rows of KITTI's label files, from targets to text, and the camera of a calib file; ``tolerant`` reads the files."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +8,6 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
-from warehouse_sim.dataset.files.plain import decimal, integer
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import lens_of
@@ -72,70 +68,20 @@ class KittiLabel:
 
 CALIB_KEYS = ("P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo")
 """The seven lines of a calib file, in the order by which loaders find them."""
-_LENS_KINDS = {"D": 5, "F": 4}
-"""First letter of the line of a lens, and how many coefficients stand in it: a distortion or a fisheye."""
-
-
-def parse_label(line: str, where: str) -> KittiLabel:
-    """Read a row as strictly as the strictest reader does.
-
-    Raises:
-        DatasetError: Not 15 fields with single blanks, or a field of the wrong kind.
-    """
-    words = line.split(" ")
-    if len(words) != 15:
-        raise DatasetError(f"{where}: 15 fields with single blanks are expected, found {len(words)}")
-    try:
-        occluded, values = integer(words[2]), [decimal(word) for word in (words[1], *words[3:])]
-    except ValueError as problem:
-        raise DatasetError(f"{where}: a field is not a number ({problem})") from problem
-    if not all(map(math.isfinite, values)):
-        raise DatasetError(f"{where}: every field must be finite")
-    return KittiLabel.of(words[0], occluded, values)
-
-
-def parse_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
-    """Read a calib file as strictly as the strictest reader does.
-
-    Raises:
-        DatasetError: Not the seven lines in order, each ``KEY: v v ...`` with single blanks, alone or with those of
-            one or two lenses.
-    """
-    lines = text.split("\n")
-    more = len(lines) - len(CALIB_KEYS) - 1
-    kind = "F" if any(line.startswith("F_") for line in lines) else "D"
-    lens_keys = [f"{key}_{eye}" for eye in ("02", "03") for key in ("K", kind)]
-    if more not in (0, 2, 4) or lines[-1]:
-        raise DatasetError(f"{where}: {len(CALIB_KEYS)} lines and no blank one are expected")
-    shapes = {key: (3, 3 if key == "R0_rect" else 4) for key in CALIB_KEYS}
-    shapes |= {key: (3, 3) if key[0] == "K" else (1, _LENS_KINDS[kind]) for key in lens_keys[:more]}
-    return {key: _matrix(line, key, shape, where) for line, (key, shape) in zip(lines, shapes.items(), strict=False)}
-
-
-def parse_lidars(text: str, names: Sequence[str], where: str) -> dict[str, Float[np.ndarray, "3 4"]]:
-    """Read the poses of further LiDARs, one line ``Tr_NAME_to_cam:`` each, in the order of ``names``.
-
-    Raises:
-        DatasetError: Not those lines, each with twelve numbers.
-    """
-    lines = text.split("\n")
-    if len(lines) != len(names) + 1 or lines[-1]:
-        raise DatasetError(f"{where}: a line for each of {', '.join(names)} is expected, and no blank one")
-    return {name: _matrix(line, f"Tr_{name}_to_cam", (3, 4), where) for line, name in zip(lines, names, strict=False)}
 
 
 def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size_wh: tuple[int, int]) -> PinholeCamera:
     """Return camera 2 of a calib file as read, with its lens if it has one.
 
     Args:
-        matrices: What ``parse_calib`` returns.
+        matrices: What ``read_calib`` returns.
         size_wh: Width and height of the images (px), which the file does not hold.
 
     Raises:
         DatasetError: P2 or the lens is that of no camera.
     """
     (fx, _, cx), (_, fy, cy) = matrices["P2"][:2, :3]
-    lines = [matrices[f"{kind}_02"] for kind in _LENS_KINDS if f"{kind}_02" in matrices]
+    lines = [matrices[key] for key in ("D_02", "F_02") if key in matrices]
     try:
         distortion = lens_of(lines[0][0].tolist()) if lines else None
     except ValueError as problem:
@@ -143,18 +89,6 @@ def calib_camera(matrices: Mapping[str, Float[np.ndarray, "rows columns"]], size
     if min(fx, fy) <= 0.0:
         raise DatasetError(f"P2 of a calib file must have focal lengths above 0, found {fx} and {fy}")
     return PinholeCamera(*size_wh, float(fx), float(fy), float(cx), float(cy), distortion)
-
-
-def _matrix(line: str, key: str, shape: tuple[int, int], where: str) -> Float[np.ndarray, "rows columns"]:
-    name, *words = line.split(" ")
-    try:
-        values = np.array([decimal(word) for word in words])
-    except ValueError as problem:
-        raise DatasetError(f"{where}: {key} holds something else than numbers ({problem})") from problem
-    count = shape[0] * shape[1]
-    if name != f"{key}:" or values.size != count or not np.isfinite(values).all():
-        raise DatasetError(f"{where}: expected '{key}:' and {count} numbers, found {line[:60]!r}")
-    return values.reshape(shape)
 
 
 LARGEST_TILT = math.radians(2.0)

@@ -1,10 +1,11 @@
-"""KITTI text files of any origin, read as widely as they occur; ``reader`` is for files of this package's own.
+"""KITTI text files of any origin, read as widely as they occur.
 
 Real ones end in blank lines, name their keys in any order, write numbers in any notation, and result files have a
 score as a sixteenth field.
 """
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,14 @@ _LARGEST_FILE = 16_000_000
 """Bytes of a text file; a label of a thousand objects has a hundredth of it."""
 _SAME_KEYS = {"R_rect": "R0_rect", "Tr_velo_cam": "Tr_velo_to_cam", "Tr_imu_velo": "Tr_imu_to_velo"}
 """Names that KITTI's tracking benchmark has for the same matrices."""
-_SHAPES = {"P2": (3, 4), "R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "K_02": (3, 3), "D_02": (1, 5), "F_02": (1, 4)}
-"""What is read of a calib file, and the shapes; all other lines are left alone."""
+_SHAPES = {"P2": (3, 4), "R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "D_02": (1, 5), "F_02": (1, 4)}
+"""What is needed of a calib file, and the shapes; all other lines are left alone."""
+OUR_SHAPES = (
+    dict.fromkeys(("P0", "P1", "P2", "P3"), (3, 4))
+    | {"R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "Tr_imu_to_velo": (3, 4)}
+    | {f"{key}_{eye}": shape for eye in ("02", "03") for key, shape in (("K", (3, 3)), ("D", (1, 5)), ("F", (1, 4)))}
+)
+"""All that a calib file of this package can hold."""
 
 
 def read_text(path: Path) -> str:
@@ -50,18 +57,30 @@ def read_labels(text: str, where: str) -> list[KittiLabel]:
     return [_label(words, f"{where}:{number}") for number, words in lines if words]
 
 
-def read_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
-    """Return the matrices of ``_SHAPES`` that a calib file holds.
+def read_matrices(
+    text: str, where: str, shapes: Mapping[str, tuple[int, int]]
+) -> dict[str, Float[np.ndarray, "rows columns"]]:
+    """Return the matrices of ``shapes`` that a file of lines ``KEY: v v ...`` holds, in its order.
 
     Raises:
-        DatasetError: One of them has another number of values or one that is no number, or P2 is missing.
+        DatasetError: One of them has another number of values or one that is no number.
     """
     found: dict[str, Float[np.ndarray, "rows columns"]] = {}
     for line in text.splitlines():
         words = line.replace(":", " ", 1).split()
         key = _SAME_KEYS.get(words[0], words[0]) if words else ""
-        if key in _SHAPES:
-            found[key] = _numbers(words[1:], f"{where}: {key}", math.prod(_SHAPES[key])).reshape(_SHAPES[key])
+        if key in shapes:
+            found[key] = _numbers(words[1:], f"{where}: {key}", math.prod(shapes[key])).reshape(shapes[key])
+    return found
+
+
+def read_calib(text: str, where: str) -> dict[str, Float[np.ndarray, "rows columns"]]:
+    """Return the matrices of a calib file that say where everything is.
+
+    Raises:
+        DatasetError: As ``read_matrices``, or P2 is missing.
+    """
+    found = read_matrices(text, where, _SHAPES)
     if "P2" not in found:
         raise DatasetError(f"{where}: has no line P2; the camera of image_2 must be known")
     return found

@@ -3,16 +3,16 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from warehouse_sim.dataset.files.image_io import encode_clean_depth, encode_depth, encode_disparity, encode_rgb
-from warehouse_sim.dataset.formats.built_in import SceneWriterBase, WriterBase, remove_file
+from warehouse_sim.dataset.formats.built_in import EachWriter, WriterBase, remove_file
 from warehouse_sim.dataset.formats.kitti import (
     NAME,
     STEPS_PER_METRE,
-    KittiLayout,
     frames_of,
     kitti_kinds,
     kitti_layout,
@@ -186,13 +186,49 @@ class KittiWriter(WriterBase):
             text = "".join(f"{frame:06d}\n" for frame in frames)
             write_bytes(self._layout.image_set(name), text.encode("ascii"), durable=True)
 
-    def scene(self, scene: SceneSpec) -> "KittiSceneWriter":
+    def scene(self, scene: SceneSpec) -> EachWriter:
         """Open a scene again."""
         split = self._manifest.split_of(scene.scene_index)
         frames = frames_of(self._manifest, scene.scene_index)
         for path in (self._layout.file(split, kind, frame) for frame in frames for kind in self._kinds):
             remove_file(path)
-        return KittiSceneWriter(self._layout, split, frames, self._manifest.contents.clean)
+        return EachWriter(partial(self._write, split, frames))
+
+    def _write(self, split: Split, frames: range, files: ObservationFiles) -> None:
+        """Write one frame.
+
+        Raises:
+            DatasetError: The camera is tilted, the LiDAR is missing, or a depth does not fit.
+        """
+        files = files.levelled
+        observation = files.observation
+        where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
+        if observation.lidar is None:
+            raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
+        require_level(observation, where)
+        lidar = level_sweep(observation)
+        rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
+        baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
+        clean = self._manifest.contents.clean
+        contents = {
+            "depth_2": encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where),
+            "velodyne": point_bytes(lidar.reading),
+            "velodyne_ids": lidar.reading.instance_ids.astype("<i4").tobytes(),
+            "velodyne_beams": beam_bytes(lidar.reading),
+            "calib": calib_text(observation.camera, lidar.T_camera_sensor, baseline).encode("ascii"),
+            "label_2": _lines(rows),
+            "label_2_ids": _lines(map(str, ids)),
+            "planes": plane_text(observation.T_world_camera).encode("ascii"),
+            **_stereo_files(observation),
+            **_more_lidar_files(observation),
+            **(_clean_files(observation) if clean else {}),
+        }
+        frame = frames[observation.observation_index]
+        files.rgb.save(self._layout.file(split, "image_2", frame))
+        if clean:
+            files.rgb_clean.save(self._layout.file(split, "image_clean_2", frame))
+        for kind, content in contents.items():
+            write_bytes(self._layout.file(split, kind, frame), content)
 
     def finish(self) -> None:
         """Write the lists of frames again: scenes may be missing in the end."""
@@ -217,48 +253,6 @@ def _lens_text(lens: Lens | None) -> str:
     if lens is None:
         return ""
     return _FISHEYE_README if isinstance(lens, Fisheye) else _LENS_README
-
-
-class KittiSceneWriter(SceneWriterBase):
-    """Write the frames of one scene."""
-
-    def __init__(self, layout: KittiLayout, split: Split, frames: range, clean: bool) -> None:
-        self._layout, self._split, self._frames, self._clean = layout, split, frames, clean
-
-    def write(self, files: ObservationFiles) -> None:
-        """Write one frame.
-
-        Raises:
-            DatasetError: The camera is tilted, the LiDAR is missing, or a depth does not fit.
-        """
-        files = files.levelled
-        observation = files.observation
-        where = f"KITTI, scene {observation.scene_index}, observation {observation.observation_index}"
-        if observation.lidar is None:
-            raise DatasetError(f"{where}: there is no LiDAR; give the recipe one, or leave kitti out of --formats")
-        require_level(observation, where)
-        lidar = level_sweep(observation)
-        rows, ids = label_rows([target.annotation for target in files.targets], observation.camera, where)
-        baseline = 0.0 if observation.stereo is None else observation.stereo.baseline
-        contents = {
-            "depth_2": encode_depth(observation.rgbd.depth, STEPS_PER_METRE, where),
-            "velodyne": point_bytes(lidar.reading),
-            "velodyne_ids": lidar.reading.instance_ids.astype("<i4").tobytes(),
-            "velodyne_beams": beam_bytes(lidar.reading),
-            "calib": calib_text(observation.camera, lidar.T_camera_sensor, baseline).encode("ascii"),
-            "label_2": _lines(rows),
-            "label_2_ids": _lines(map(str, ids)),
-            "planes": plane_text(observation.T_world_camera).encode("ascii"),
-            **_stereo_files(observation),
-            **_more_lidar_files(observation),
-            **(_clean_files(observation) if self._clean else {}),
-        }
-        frame = self._frames[observation.observation_index]
-        files.rgb.save(self._layout.file(self._split, "image_2", frame))
-        if self._clean:
-            files.rgb_clean.save(self._layout.file(self._split, "image_clean_2", frame))
-        for kind, content in contents.items():
-            write_bytes(self._layout.file(self._split, kind, frame), content)
 
 
 def _lines(rows: Iterable[str]) -> bytes:

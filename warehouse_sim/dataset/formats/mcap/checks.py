@@ -29,7 +29,6 @@ from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.dataset.stored.scene_record import SceneRecord
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform, invert, make_transform, matrix_from_quat_wxyz
-from warehouse_sim.optional import require_extra
 from warehouse_sim.schema import CAMERA
 
 _LARGEST_RECORD = 2**30
@@ -129,7 +128,6 @@ def files(subject: Subject) -> Findings:
 
 def messages(subject: Subject) -> Findings:
     """Messages decode, and have the cameras, boxes and points of the scene record."""
-    require_extra("mcap", "to check the format mcap")
     findings = subject.put_together(list(subject.scenes()), lambda scene: _scene(subject, *scene))
     findings.examined = f"{findings.count} observations: calibration, images, poses, boxes, points"
     return findings
@@ -139,9 +137,6 @@ CHECKS = (NamedCheck("mcap files", files), NamedCheck("mcap messages", messages)
 
 
 def _scene(subject: Subject, split: Split, scene: int) -> Findings:
-    # Imported on use: it needs the extra.
-    from warehouse_sim.dataset.formats.mcap.checks import read_moments
-
     findings, path = Findings(), mcap_layout(subject.root).scene(split, scene)
     record = subject.record(scene)
     frames: Any = None
@@ -174,8 +169,6 @@ def _observation(
     record: SceneRecord,
     where: str,
 ) -> None:
-    from warehouse_sim.dataset.formats.mcap.checks import cloud_of, pose_in_root, transforms_of
-
     poses = {} if frames is None else transforms_of(frames)
     T_world_camera = pose_in_root(poses, CAMERA)
     same = np.allclose(T_world_camera, recorded.T_world_camera, rtol=0, atol=_SAME_POSE)

@@ -13,6 +13,5 @@ CHECKS = (
     NamedCheck("kitti points on depth", labels.points_on_depth),
     NamedCheck("kitti sweeps", points.sweeps),
     NamedCheck("kitti and bop labels", agreement.labels, agreement.OTHER),
-    NamedCheck("kitti and bop cameras", agreement.cameras, agreement.OTHER),
     NamedCheck("kitti and bop images", agreement.images, agreement.OTHER),
 )

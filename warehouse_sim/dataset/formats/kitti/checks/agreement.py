@@ -1,10 +1,6 @@
 """Check that the KITTI and the BOP files agree, also where KITTI has a level camera in the place of a tilted one."""
 
-import math
-from pathlib import Path
-
 import numpy as np
-from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
@@ -14,19 +10,15 @@ from warehouse_sim.dataset.formats.bop import bop_layout
 from warehouse_sim.dataset.formats.kitti import frames_of
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
-    LabelRow,
     T_world_image,
     file_of,
     is_levelled,
     read_camera,
     read_labels,
 )
-from warehouse_sim.dataset.formats.kitti.checks.labels import is_tilted
 from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
-from warehouse_sim.geometry.camera import PinholeCamera
-from warehouse_sim.geometry.lens import same_lens
-from warehouse_sim.geometry.pose import Transform, invert
+from warehouse_sim.geometry.pose import invert
 
 _FEW_PIXELS = 30
 """So few visible pixels can be none on another pixel grid."""
@@ -34,26 +26,29 @@ _STEPS_PER_METRE = np.float32(256.0)
 _SAMPLE = 5_000
 _SAME_LEVEL_DEPTH, _MOST = 0.05, 0.5
 """More than half of the readings agree so well, noise and edges included; relative to depth."""
-_SAME_PLACE = 1e-5
 _SAME_FRACTION = 1e-4
 # Half a step of each format's depth, and float rounding.
 _SAME_DEPTH = 0.5 / 256 + 0.5 / 1000 + 1e-4
 
 
 def labels(subject: Subject) -> Findings:
-    """Both formats list the same objects in the same order, with the same place, heading and 2D box.
+    """Both formats list the same objects in the same order, with the same 2D box; their places are the scene record's.
 
-    What leans is DontCare in KITTI and comes after the others.
+    What leans is DontCare in KITTI and comes after the others. A level image holds more than the tilted one at its
+    corners, and so may show more objects.
     """
     findings, count = Findings(), 0
     for image in subject.of_format(OTHER).images():
         frame = _frame(subject, image)
         rows = read_labels(subject, image.split, frame)
         where = f"frame {frame:06d}"
-        if is_levelled(subject):
-            count += _level_labels(findings, subject, image, rows, where)
-            continue
         targets = {target.instance_id: target for target in image.targets}
+        if is_levelled(subject):
+            count += len(rows)
+            lost = set(targets) - {row.instance_id for row in rows}
+            for number in sorted(item for item in lost if targets[item].pixels_visible >= _FEW_PIXELS):
+                findings.require(False, f"{where}: object {number} of BOP has no label")
+            continue
         leaning = {row.instance_id for row in rows if row.label.is_dont_care}
         listed = sorted(targets, key=lambda number: number in leaning)
         same = [row.instance_id for row in rows] == listed
@@ -63,23 +58,6 @@ def labels(subject: Subject) -> Findings:
             _same(findings, subject, row.label, image, targets[row.instance_id], f"{where}, label {number}")
             count += 1
     findings.examined = f"{count} labels with their poses"
-    return findings
-
-
-def cameras(subject: Subject) -> Findings:
-    """Both formats hold the same intrinsics and the same lens, or KITTI the level view of BOP's camera."""
-    findings, count = Findings(), 0
-    for image in subject.of_format(OTHER).images():
-        count += 1
-        if is_levelled(subject):
-            _same_level_camera(findings, subject, image)
-            continue
-        path, camera = _kitti_camera(subject, image)
-        same_k = np.allclose(camera.K, image.camera.K, rtol=1e-9)
-        findings.require(
-            same_k and same_lens(camera.distortion, image.camera.distortion), f"{path}: is another camera than BOP's"
-        )
-    findings.examined = f"{count} pairs of cameras"
     return findings
 
 
@@ -116,7 +94,6 @@ def _same_images(subject: Subject, image: ImageRecord) -> Findings:
 def _same(
     findings: Findings, subject: Subject, row: KittiLabel, image: ImageRecord, target: TargetRecord, where: str
 ) -> None:
-    _same_place(findings, subject, row, (target, target.T_camera_object), where)
     last = image.camera.width - 1, image.camera.height - 1
     box = np.clip(target.box_amodal_xyxy, 0, [*last, *last])
     findings.require(bool(np.abs(box - row.box_xyxy).max() < 0.01), f"{where}: the 2D boxes differ")
@@ -132,66 +109,20 @@ def _same(
     )
 
 
-def _same_place(
-    findings: Findings, subject: Subject, row: KittiLabel, found: tuple[TargetRecord, Transform], where: str
-) -> None:
-    """Hold a row against BOP's target and its pose in the camera of the row."""
-    target, T_camera_object = found
-    if row.is_dont_care:
-        findings.require(is_tilted(T_camera_object), f"{where}: is DontCare in KITTI, but stands in BOP")
-        return
-    moved = float(np.abs(row.T_camera_object()[:3, 3] - T_camera_object[:3, 3]).max())
-    findings.require(moved < _SAME_PLACE, f"{where}: KITTI and BOP place it {moved:.6f} m apart")
-    turned = math.remainder(row.rotation_y - math.atan2(-T_camera_object[2, 0], T_camera_object[0, 0]), 2 * math.pi)
-    findings.require(abs(turned) < _SAME_PLACE, f"{where}: KITTI and BOP turn it {turned:.6f} rad apart")
-    class_name = subject.info(target.obj_id).class_name
-    findings.require(row.type == class_name, f"{where}: is a {row.type} in KITTI and a {class_name} in BOP")
-
-
 def _frame(subject: Subject, image: ImageRecord) -> int:
     return frames_of(subject.manifest, image.scene_id)[image.image_id]
 
 
-def _level_labels(findings: Findings, subject: Subject, image: ImageRecord, rows: list[LabelRow], where: str) -> int:
-    """Require that KITTI has what BOP shows, at the same place; return how many labels were compared.
-
-    The level image holds more than the tilted one at its corners, and so may show more objects.
-    """
-    T_level_camera, row_of = _T_level_camera(subject, image), {row.instance_id: row.label for row in rows}
-    for target in image.targets:
-        listed = target.instance_id in row_of or target.pixels_visible < _FEW_PIXELS
-        findings.require(listed, f"{where}: object {target.instance_id} of BOP has no label")
-        if target.instance_id not in row_of:
-            continue
-        label, T_level_object = row_of[target.instance_id], T_level_camera @ target.T_camera_object
-        _same_place(findings, subject, label, (target, T_level_object), f"{where}: object {target.instance_id}")
-    return len(row_of)
-
-
-def _same_level_camera(findings: Findings, subject: Subject, image: ImageRecord) -> None:
-    """Require that the level image shows all that the tilted one shows, without a row or column to spare."""
-    path, level = _kitti_camera(subject, image)
-    same_focal = np.allclose([level.fx, level.fy], [image.camera.fx, image.camera.fy], rtol=1e-9)
-    findings.require(same_focal, f"{path}: has another focal length than BOP's camera")
-    rays = image.camera.border_rays() @ _T_level_camera(subject, image)[:3, :3].T
-    if not findings.require(bool((rays[:, 2] > 0).all()), f"{path}: BOP's camera sees what is behind the level one"):
-        return
-    u, v = level.project(rays).T
-    spare = np.array([u.min() + 0.5, v.min() + 0.5, level.width - 0.5 - u.max(), level.height - 0.5 - v.max()])
-    tight = bool((spare > -1e-3).all() and (spare < 1.001).all())
-    findings.require(
-        tight, f"{path}: is not the least image that holds BOP's: {np.round(spare, 2).tolist()} px to spare"
-    )
-
-
 def _same_level_depth(findings: Findings, subject: Subject, image: ImageRecord) -> None:
     """Require that what BOP's depth image shows lies where KITTI's has it, but for noise and edges."""
-    path, level = _kitti_camera(subject, image)
-    steps, read = decode_depth(path.parents[1] / "depth_2" / f"{path.stem}.png"), subject.of_format(OTHER).depth(image)
+    frame = _frame(subject, image)
+    path, level = file_of(subject, image.split, "depth_2", frame), read_camera(subject, image.split, frame)[0]
+    steps, read = decode_depth(path), subject.of_format(OTHER).depth(image)
     known = np.flatnonzero(read)
     chosen = known[np.linspace(0, len(known) - 1, min(_SAMPLE, len(known))).astype(int)]
     v, u = np.unravel_index(chosen, read.shape)
-    T = _T_level_camera(subject, image)
+    place = image.scene_id, image.image_id
+    T = invert(T_world_image(subject, *place)) @ subject.T_world_camera(*place)
     points = (image.camera.rays_at(u, v) * read[v, u][:, None]) @ T[:3, :3].T
     at = np.rint(level.project(points)).astype(int)
     inside = ((at >= 0) & (at < [level.width, level.height])).all(axis=1)
@@ -200,15 +131,3 @@ def _same_level_depth(findings: Findings, subject: Subject, image: ImageRecord) 
     off = np.abs(shown[both] / points[inside, 2][both] - 1.0)
     same = len(off) == 0 or bool((off < _SAME_LEVEL_DEPTH).mean() > _MOST)
     findings.require(same, f"{path.stem}: the depth images of KITTI and BOP are not of the same place")
-
-
-def _T_level_camera(subject: Subject, image: ImageRecord) -> Transform:
-    T_world_level = T_world_image(subject, image.scene_id, image.image_id)
-    turned: Float[np.ndarray, "4 4"] = invert(T_world_level) @ subject.T_world_camera(image.scene_id, image.image_id)
-    return turned
-
-
-def _kitti_camera(subject: Subject, image: ImageRecord) -> tuple[Path, PinholeCamera]:
-    """Return the calib file of a frame and the camera that it describes."""
-    frame = _frame(subject, image)
-    return file_of(subject, image.split, "calib", frame), read_camera(subject, image.split, frame)[0]

@@ -10,7 +10,6 @@ from warehouse_sim.dataset.checks.depth import NOT_ITS_GT, matches_reading, may_
 from warehouse_sim.dataset.checks.findings import Findings, compare_names, read_text
 from warehouse_sim.dataset.checks.subject import Subject
 from warehouse_sim.dataset.files.image_io import decode_depth, decode_rgb, image_size_wh
-from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti import kitti_kinds, kitti_layout
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     OTHER,
@@ -19,12 +18,13 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
     frames,
     is_level,
     is_levelled,
+    read_camera,
 )
-from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS, parse_calib, parse_lidars
+from warehouse_sim.dataset.formats.kitti.reader import CALIB_KEYS
+from warehouse_sim.dataset.formats.kitti.tolerant import OUR_SHAPES, read_matrices, read_plane
 from warehouse_sim.dataset.split import SPLITS, Split
-from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.lens import Fisheye
-from warehouse_sim.geometry.pose import Transform, invert, make_transform
+from warehouse_sim.geometry.pose import invert, make_transform
 
 _SAME_PLACE = 1e-5
 
@@ -55,10 +55,15 @@ def files(subject: Subject) -> Findings:
 
 def calib(subject: Subject) -> Findings:
     """Calib files have seven lines, rigid, no rotation hidden in P2, and the recipe's lens; planes are the floor."""
-    findings, count = Findings(), 0
+    findings, count, keys = Findings(), 0, _keys(subject)
     for split, scene, observation, frame in frames(subject):
         path = file_of(subject, split, "calib", frame)
-        matrices = parse_calib(read_text(path), str(path))
+        text = read_text(path)
+        matrices = read_matrices(text, str(path), OUR_SHAPES)
+        has_lines = [line.partition(":")[0] for line in text.split("\n")] == [*keys, ""] and list(matrices) == keys
+        lines = f"{path}: must have the lines {', '.join(keys)}, with single blanks"
+        if not findings.require(has_lines and "  " not in text, lines):
+            continue
         findings.require(bool((matrices["P2"][2] == [0, 0, 1, 0]).all()), f"{path}: P2 must end in 0 0 1 0")
         same = all(np.array_equal(matrices[a], matrices[b]) for a, b in (("P0", "P2"), ("P1", "P3")))
         findings.require(same, f"{path}: P0 must be P2 and P1 must be P3, since there are two cameras and not four")
@@ -68,21 +73,58 @@ def calib(subject: Subject) -> Findings:
         for key in ("R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"):
             findings.require(_is_rigid(matrices[key]), f"{path}: {key} is not a rotation")
         if subject.manifest.contents.lidars:
-            lidars_path = file_of(subject, split, "calib_lidars", frame)
-            poses = parse_lidars(read_text(lidars_path), subject.manifest.contents.lidars, str(lidars_path))
-            for name, pose in poses.items():
-                findings.require(_is_rigid(pose), f"{lidars_path}: Tr_{name}_to_cam is not a rotation and a place")
-        T_world_points = T_world_image(subject, scene, observation) @ _pose(matrices["Tr_velo_to_cam"])
+            _further_lidars(findings, subject, file_of(subject, split, "calib_lidars", frame))
+        T_here = T_world_image(subject, scene, observation)
+        lidar = matrices["Tr_velo_to_cam"]
+        T_world_points = T_here @ make_transform(lidar[:, :3], lidar[:, 3])
         is_level(findings, T_world_points, subject.record(scene).observations[observation], f"{path}: Tr_velo_to_cam")
+        if is_levelled(subject):
+            _is_least_level_camera(findings, subject, (split, scene, observation, frame), str(path))
         plane_path = file_of(subject, split, "planes", frame)
-        T_camera_world = invert(T_world_image(subject, scene, observation))
+        plane, T_camera_world = read_text(plane_path), invert(T_here)
         expected = np.array([*T_camera_world[:3, 2], -T_camera_world[:3, 2] @ T_camera_world[:3, 3]])
-        findings.require(
-            bool(np.abs(_plane(plane_path) - expected).max() < _SAME_PLACE), f"{plane_path}: is not the floor's plane"
-        )
+        is_floor = plane.count("\n") == 4 and np.abs(read_plane(plane, str(plane_path)) - expected).max() < _SAME_PLACE
+        findings.require(bool(is_floor), f"{plane_path}: is not the floor's plane, in the fourth line")
         count += 1
     findings.examined = f"{count} files of 7 lines and as many planes"
     return findings
+
+
+def _keys(subject: Subject) -> list[str]:
+    """Return what the lines of a calib file begin with: those of KITTI, then those of each camera's lens."""
+    lens = None if is_levelled(subject) else subject.manifest.contents.distortion
+    eyes = ("02",) if subject.manifest.contents.baseline is None else ("02", "03")
+    kind = "F" if isinstance(lens, Fisheye) else "D"
+    return [*CALIB_KEYS, *(f"{key}_{eye}" for eye in eyes if lens for key in ("K", kind))]
+
+
+def _further_lidars(findings: Findings, subject: Subject, path: Path) -> None:
+    keys = [f"Tr_{name}_to_cam" for name in subject.manifest.contents.lidars]
+    poses = read_matrices(read_text(path), str(path), dict.fromkeys(keys, (3, 4)))
+    findings.require(list(poses) == keys, f"{path}: a line for each of {', '.join(keys)} is expected")
+    for key, pose in poses.items():
+        findings.require(_is_rigid(pose), f"{path}: {key} is not a rotation and a place")
+
+
+def _is_least_level_camera(
+    findings: Findings, subject: Subject, frame: tuple[Split, int, int, int], where: str
+) -> None:
+    """Require that the level image shows all that the tilted one shows, without a row or column to spare."""
+    split, scene, observation, number = frame
+    if subject.manifest.contents.camera is None:
+        return
+    level, tilted = read_camera(subject, split, number)[0], subject.manifest.contents.camera.make()
+    same_focal = np.allclose([level.fx, level.fy], [tilted.fx, tilted.fy], rtol=1e-9)
+    findings.require(same_focal, f"{where}: has another focal length than the camera of the recipe")
+    T_level_camera = invert(T_world_image(subject, scene, observation)) @ subject.T_world_camera(scene, observation)
+    rays = tilted.border_rays() @ T_level_camera[:3, :3].T
+    if not findings.require(bool((rays[:, 2] > 0).all()), f"{where}: the rig's camera sees what is behind this one"):
+        return
+    u, v = level.project(rays).T
+    spare = np.array([u.min() + 0.5, v.min() + 0.5, level.width - 0.5 - u.max(), level.height - 0.5 - v.max()])
+    tight = bool((spare > -1e-3).all() and (spare < 1.001).all())
+    shown = np.round(spare, 2).tolist()
+    findings.require(tight, f"{where}: is not the least image that holds the rig's: {shown} px to spare")
 
 
 def images(subject: Subject) -> Findings:
@@ -156,34 +198,15 @@ def _is_the_recipes(matrices: dict[str, Float[np.ndarray, "rows columns"]], subj
 
 
 def _has_lens(matrices: dict[str, Float[np.ndarray, "rows columns"]], subject: Subject) -> bool:
-    """Return whether each camera has the lens of the recipe, and no other lines than for that."""
-    wanted = None if is_levelled(subject) else subject.manifest.contents.distortion
-    eyes = ("02",) if subject.manifest.contents.baseline is None else ("02", "03")
-    kind = "F" if isinstance(wanted, Fisheye) else "D"
-    if set(matrices) - set(CALIB_KEYS) != {f"{key}_{eye}" for eye in eyes if wanted for key in ("K", kind)}:
-        return False
-    if wanted is None:
-        return True
-    lens = wanted.coefficients
-    same_k = all(np.abs(matrices[f"K_{eye}"] - matrices["P2"][:, :3]).max() < _SAME_PLACE for eye in eyes)
-    return same_k and all(np.allclose(matrices[f"{kind}_{eye}"], lens, rtol=1e-9, atol=1e-12) for eye in eyes)
+    """Return whether each camera that has a lens has that of the recipe, behind the pinhole of P2."""
+    lens = subject.manifest.contents.distortion
+    same_k = all(
+        np.abs(matrix - matrices["P2"][:, :3]).max() < _SAME_PLACE for key, matrix in matrices.items() if key[0] == "K"
+    )
+    lenses = [matrix for key, matrix in matrices.items() if key[:2] in ("D_", "F_")]
+    return same_k and all(lens is not None and np.allclose(m, lens.coefficients, rtol=1e-9, atol=1e-12) for m in lenses)
 
 
 def _is_rigid(matrix: Float[np.ndarray, "3 columns"]) -> bool:
     R = matrix[:, :3]
     return bool(np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and np.linalg.det(R) > 0)
-
-
-def _pose(matrix: Float[np.ndarray, "3 4"]) -> Transform:
-    return make_transform(matrix[:, :3], matrix[:, 3])
-
-
-def _plane(path: Path) -> Float[np.ndarray, " 4"]:
-    lines = read_text(path).split("\n")
-    try:
-        values = np.array([decimal(word) for word in lines[3].split(" ")])
-    except (IndexError, ValueError) as problem:
-        raise DatasetError(f"{path}: the fourth line must hold four numbers ({problem})") from problem
-    if values.shape != (4,) or len(lines) != 5 or lines[4]:
-        raise DatasetError(f"{path}: four lines are expected, the last with four numbers")
-    return values

@@ -6,28 +6,25 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Float32, Int32
+from jaxtyping import Float
 
 from warehouse_sim.dataset.checks.findings import Findings, read_text
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.extent import read_bytes
-from warehouse_sim.dataset.files.image_io import image_size_wh
 from warehouse_sim.dataset.formats.bop import NAME
 from warehouse_sim.dataset.formats.kitti import NAME as FORMAT_NAME
 from warehouse_sim.dataset.formats.kitti import frames_of, kitti_layout
-from warehouse_sim.dataset.formats.kitti.reader import KittiLabel, calib_camera, parse_calib, parse_label
+from warehouse_sim.dataset.formats.kitti.external_frame import KittiFrame, StoredSweep, read_sweep
+from warehouse_sim.dataset.formats.kitti.reader import KittiLabel
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.level_view import levelled
-from warehouse_sim.geometry.pose import Transform, invert, make_transform, transform_points
+from warehouse_sim.geometry.pose import Transform, invert, transform_points
 
 _LARGEST_LEAN = np.deg2rad(2.0) + 1e-6
 _SAME_PLACE = 1e-5
-
-
-_ID = re.compile("[0-9]{1,10}")
+_LEVEL = re.compile("-?[0-9]+")
 
 
 def as_measured(
@@ -86,45 +83,44 @@ class LabelRow:
     instance_id: int
 
 
+def frame_of(subject: Subject, split: str, frame: int) -> KittiFrame:
+    """Return the files of a frame."""
+    return KittiFrame(kitti_layout(subject.root).folder(split), f"{frame:06d}")
+
+
 def read_labels(subject: Subject, split: str, frame: int) -> list[LabelRow]:
     """Read a frame's rows and ids, those of DontCare included; the one row of a frame without labels is left out.
 
     Raises:
-        DatasetError: A file is missing, empty, has a blank line, or a row that does not parse.
+        DatasetError: A file is missing, empty, has a blank line, or a row that the strictest readers reject.
     """
-    path, ids_path = (file_of(subject, split, kind, frame) for kind in ("label_2", "label_2_ids"))
-    lines, ids = read_text(path).split("\n"), read_text(ids_path).split("\n")
-    if len(lines) < 2 or lines[-1]:
-        raise DatasetError(f"{path}: at least one row and a line end after the last one are expected")
-    found = [parse_label(line, f"{path}:{number}") for number, line in enumerate(lines[:-1], start=1)]
-    if len(ids) != len(lines) or ids[-1] or not all(_ID.fullmatch(word) for word in ids[:-1]):
-        raise DatasetError(f"{ids_path}: does not hold an instance id for each of the {len(found)} rows of label_2")
-    cares = [not label.is_dont_care for label in found]
+    path = file_of(subject, split, "label_2", frame)
+    *lines, end = read_text(path).split("\n")
+    fields = [line.split(" ") for line in lines]
+    if not lines or end or any(len(words) != 15 or not _LEVEL.fullmatch(words[2]) for words in fields):
+        raise DatasetError(f"{path}: rows of 15 fields with single blanks are expected, the third a whole number")
+    rows = [LabelRow(label, number) for number, label in frame_of(subject, split, frame).rows()]
+    cares = [not row.label.is_dont_care for row in rows]
     if cares != sorted(cares, reverse=True):
         raise DatasetError(f"{path}: DontCare must come last")
-    rows = [LabelRow(label, int(word)) for label, word in zip(found, ids, strict=False)]
     return [] if len(rows) == 1 and not cares[0] and rows[0].instance_id == 0 else rows
 
 
-def read_points(
-    subject: Subject, split: Split, frame: int, name: str = "velodyne"
-) -> tuple[Float32[np.ndarray, "n 4"], Int32[np.ndarray, " n"]]:
-    """Read a sweep, of the LiDAR whose folder is ``name``, and the instance id of each point.
+def read_points(subject: Subject, split: Split, frame: int, name: str = "velodyne") -> StoredSweep:
+    """Read the sweep of the LiDAR whose folder is ``name``, with the instance id of each point.
 
     Raises:
-        DatasetError: A file is missing or the two have not the same number of points.
+        DatasetError: A file is missing, or two have not the same number of points.
     """
-    path, ids_path = (file_of(subject, split, kind, frame) for kind in (name, f"{name}_ids"))
-    cloud, ids = read_bytes(path), read_bytes(ids_path)
-    if len(cloud) % 16 or len(cloud) != 4 * len(ids):
-        raise DatasetError(f"{path}: {len(cloud)} bytes of points do not go with {len(ids)} bytes of ids")
-    return np.frombuffer(cloud, dtype="<f4").reshape(-1, 4), np.frombuffer(ids, dtype="<i4")
+    sweep = read_sweep(frame_of(subject, split, frame), name)
+    if sweep is None or sweep.instance_ids is None or (name == "velodyne" and sweep.beams is None):
+        raise DatasetError(f"{file_of(subject, split, name, frame)}: points, their ids or their beams are missing")
+    return sweep
 
 
 def read_camera(subject: Subject, split: str, frame: int) -> tuple[PinholeCamera, Transform]:
     """Read the calib file of a frame: its camera, and T_camera_lidar of the points that are stored."""
-    path = file_of(subject, split, "calib", frame)
-    matrices = parse_calib(read_text(path), str(path))
-    size_wh = image_size_wh(file_of(subject, split, "image_2", frame))
-    matrix = matrices["Tr_velo_to_cam"]
-    return calib_camera(matrices, size_wh), make_transform(matrix[:, :3], matrix[:, 3])
+    found = frame_of(subject, split, frame).calibration()
+    if found.T_camera_lidar is None:
+        raise DatasetError(f"{file_of(subject, split, 'calib', frame)}: has no line Tr_velo_to_cam")
+    return found.camera, found.T_camera_lidar

@@ -116,9 +116,8 @@ def _points_agree(subject: Subject, split: Split, frame: int) -> Findings:
     camera, T_camera_lidar = read_camera(subject, split, frame)
     path = file_of(subject, split, "depth_2", frame)
     depth = decode_depth(path).astype(np.float64) / _STEPS_PER_METRE
-    cloud = read_points(subject, split, frame)[0][:, :3]
-    cloud = cloud[:: max(len(cloud) // _SAMPLE, 1)].astype(np.float64)
-    points = transform_points(T_camera_lidar, cloud[np.isfinite(cloud).all(axis=1)])
+    cloud = read_points(subject, split, frame).points
+    points = transform_points(T_camera_lidar, cloud[:: max(len(cloud) // _SAMPLE, 1)].astype(np.float64))
     points = points[points[:, 2] > _NEAR]
     u, v = np.rint(camera.project(points)).T
     inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])

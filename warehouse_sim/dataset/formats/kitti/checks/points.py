@@ -5,11 +5,10 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int, Int32
+from jaxtyping import Bool, Float, Int, Int32
 
 from warehouse_sim.dataset.checks.findings import Findings
 from warehouse_sim.dataset.checks.subject import Subject
-from warehouse_sim.dataset.files.extent import read_bytes
 from warehouse_sim.dataset.formats.kitti.checks.frames import (
     LabelRow,
     T_world_image,
@@ -22,6 +21,7 @@ from warehouse_sim.dataset.formats.kitti.checks.frames import (
 )
 from warehouse_sim.dataset.formats.kitti.checks.labels import tilt
 from warehouse_sim.dataset.formats.kitti.checks.lidar_law import FARTHEST_START, SIGMAS, LidarLaw, SweepGrid, in_world
+from warehouse_sim.dataset.formats.kitti.external_frame import StoredSweep
 from warehouse_sim.dataset.split import Split
 from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.errors import DatasetError
@@ -39,47 +39,44 @@ def sweeps(subject: Subject) -> Findings:
     for split, scene, observation, frame in frames(subject):
         known = {item.instance_id for item in subject.record(scene).objects} | {0}
         for name in ("velodyne", *(f"velodyne_{name}" for name in subject.manifest.contents.lidars)):
-            cloud, ids = read_points(subject, split, frame, name)
+            sweep = read_points(subject, split, frame, name)
+            ids = np.asarray(sweep.instance_ids)
             path = file_of(subject, split, f"{name}_ids", frame)
             strange = set(np.unique(ids).tolist()) - known
             findings.require(not strange, f"{path}: names objects that are not in the scene: {sorted(strange)[:5]}")
             findings.require(len(ids) < _FEW_POINTS or bool(ids.any()), f"{path}: holds nothing but zeros")
-            finite = np.isfinite(cloud).all() and ((cloud[:, 3] >= 0) & (cloud[:, 3] <= 1)).all()
+            finite = sweep.dropped == 0 and bool(((sweep.intensity >= 0) & (sweep.intensity <= 1)).all())
             place = file_of(subject, split, name, frame)
-            findings.require(bool(finite), f"{place}: a point is not finite, or a reflectance is not in 0-1")
-            apart = bool(cloud[:, :3].any(axis=1).all())
+            findings.require(finite, f"{place}: a point is not finite, or a reflectance is not in 0-1")
+            apart = bool(sweep.points.any(axis=1).all())
             findings.require(apart, f"{place}: a point lies in the sensor's own origin, where nothing is measured")
-            if name == "velodyne" and finite:
+            if sweep.beams is not None and finite:
                 path = file_of(subject, split, "velodyne_beams", frame)
-                _beams_follow(findings, path, _own_points(subject, (split, scene, observation, frame), cloud))
+                own = _own_points(subject, (split, scene, observation, frame), sweep.points)
+                _beams_follow(findings, path, own, sweep.beams)
             count += 1
     findings.examined = f"{count} sweeps with ids, rings and times"
     return findings
 
 
 def _own_points(
-    subject: Subject, frame: tuple[Split, int, int, int], cloud: Float32[np.ndarray, "n 4"]
+    subject: Subject, frame: tuple[Split, int, int, int], points: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n 3"]:
     """Return the points of the main LiDAR in its own frame, which its rings and times belong to."""
     split, scene, observation, number = frame
     recorded = subject.record(scene).observations[observation]
     if recorded.T_camera_lidar is None:
-        return cloud[:, :3]
+        return points
     T_world_points = T_world_image(subject, scene, observation) @ read_camera(subject, split, number)[1]
-    return as_measured(cloud[:, :3], T_world_points, recorded)
+    return as_measured(points, T_world_points, recorded)
 
 
-def _beams_follow(findings: Findings, path: Path, cloud: Float[np.ndarray, "n 3"]) -> None:
-    beams = read_bytes(path)
-    whole = findings.require(len(beams) == 8 * len(cloud), f"{path}: does not hold a ring and a time of each point")
-    if not whole:
+def _beams_follow(
+    findings: Findings, path: Path, cloud: Float[np.ndarray, "n 3"], beams: Float[np.ndarray, "n 2"]
+) -> None:
+    if not findings.require(_are_beams(beams), f"{path}: a ring is no whole number, or a time is negative"):
         return
-    ring, time = np.frombuffer(beams, "<f4").astype(float).reshape(-1, 2).T
-    counted = (
-        np.isfinite([ring, time]).all() and (ring >= 0).all() and (ring == np.rint(ring)).all() and (time >= 0).all()
-    )
-    if not findings.require(bool(counted), f"{path}: a ring is no whole number, or a time is negative"):
-        return
+    ring, time = beams.T.astype(float)
     if len(cloud) < _FEW_POINTS:
         return
     elevation = np.arctan2(cloud[:, 2], np.hypot(cloud[:, 0], cloud[:, 1]))
@@ -103,7 +100,7 @@ class _Sweep:
     """A stored sweep and how it was made."""
 
     path: Path
-    cloud: Float32[np.ndarray, "n 4"]
+    stored: StoredSweep
     ids: Int32[np.ndarray, " n"]
     ring: Int[np.ndarray, " n"]
     time: Float[np.ndarray, " n"]
@@ -115,7 +112,7 @@ class _Sweep:
     @cached_property
     def grid(self) -> SweepGrid:
         """Which beam stands beside which."""
-        own = as_measured(self.cloud[:, :3], self.T_world_lidar, self.observation)
+        own = as_measured(self.stored.points, self.T_world_lidar, self.observation)
         return SweepGrid.of(own, self.ids, (self.ring, self.time), self.law)
 
 
@@ -186,15 +183,14 @@ def _read_sweep(subject: Subject, law: LidarLaw, frame: tuple[Split, int, int, i
         DatasetError: A file cannot be read, or a number in it cannot be used.
     """
     split, scene, index, number = frame
-    path, beams_path = (file_of(subject, split, kind, number) for kind in ("velodyne", "velodyne_beams"))
-    cloud, ids = read_points(subject, split, number)
-    content = read_bytes(beams_path)
-    if not np.isfinite(cloud).all() or not _are_beams(content, len(cloud)):
-        raise DatasetError(f"{path}: points, or rings and times in {beams_path.parent.name}, are no finite numbers")
-    ring, time = np.frombuffer(content, "<f4").reshape(-1, 2).T
+    path, stored = file_of(subject, split, "velodyne", number), read_points(subject, split, number)
+    if stored.dropped or stored.beams is None or not _are_beams(stored.beams):
+        raise DatasetError(f"{path}: points, or rings and times in velodyne_beams, are no finite numbers")
+    scan = stored.scan(np.asarray(stored.instance_ids))
     T_world_lidar = T_world_image(subject, scene, index) @ read_camera(subject, split, number)[1]
     observation = subject.record(scene).observations[index]
-    return _Sweep(path, cloud, ids, ring.astype(int), time.astype(float), T_world_lidar, observation, law)
+    ring, time = scan.ring.astype(int), scan.time.astype(float)
+    return _Sweep(path, stored, scan.instance_ids, ring, time, T_world_lidar, observation, law)
 
 
 def _box(
@@ -225,15 +221,15 @@ def _examine(
     own, law = np.flatnonzero(sweep.ids == instance_id), sweep.law
     if len(own) == 0:
         return
-    cloud = sweep.cloud[own].astype(float)
-    hits, starts = in_world(cloud[:, :3], sweep.time[own], sweep.T_world_lidar, law, sweep.observation)
+    points = sweep.stored.points[own].astype(float)
+    hits, starts = in_world(points, sweep.time[own], sweep.T_world_lidar, law, sweep.observation)
     T_box_world = invert(box[0])
     start, hit = transform_points(T_box_world, starts), transform_points(T_box_world, hits)
     # How far the place may be off because the time of the forward look is not known exactly.
-    turning = abs(sweep.observation.yaw_rate) * np.linalg.norm(cloud[:, :3], axis=1)
+    turning = abs(sweep.observation.yaw_rate) * np.linalg.norm(points, axis=1)
     half = box[1] + law.time_uncertainty * (np.linalg.norm(sweep.observation.velocity) + turning)[:, None]
     distance = np.maximum(np.linalg.norm(hit - start, axis=1), 1e-6)
-    noise = law.noise_limit(distance, cloud[:, 3])
+    noise = law.noise_limit(distance, sweep.stored.intensity[own].astype(float))
     as_measured = _meets(half, start, hit, distance, noise, law)
     if_mixed = as_measured | _meets(half, start, hit, distance, noise + law.mixing_reach, law)
     wrong = int((~if_mixed).sum())
@@ -271,11 +267,9 @@ def _meets(
     return np.maximum(enter, distance - slack) <= np.minimum(leave, distance + slack)
 
 
-def _are_beams(content: bytes, count: int) -> bool:
-    """Return whether there are ``count`` pairs of a ring number and a time, none negative."""
-    if len(content) != 8 * count:
-        return False
-    ring, time = np.frombuffer(content, "<f4").reshape(-1, 2).T
+def _are_beams(beams: Float[np.ndarray, "n 2"]) -> bool:
+    """Return whether rings are whole numbers, and neither they nor times are negative or beyond reason."""
+    ring, time = beams.T
     whole = (ring >= 0).all() and (ring == np.rint(ring)).all() and (ring < 1e4).all()
     return bool(whole and (time >= 0).all() and (time < _LONGEST_SWEEP).all())
 
