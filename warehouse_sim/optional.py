@@ -13,7 +13,6 @@ EXTRAS = {
     "learn": ("torch", "safetensors", "tensorboardX"),
     "lidar": ("sklearn",),
     "open3d": ("open3d",),
-    "detectors": ("transformers", "PIL"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("plotly", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),

@@ -15,7 +15,6 @@ from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
-from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
@@ -241,7 +240,6 @@ class PortableNetwork(Portable):
 
 _KINDS: dict[str, tuple[type[RunConfig], type[Portable]]] = {
     "detector": (DetectorRun, PortableDetector),
-    "rtdetr": (RtdetrRun, PortableDetector),
     "segmenter": (SegmenterRun, PortableSegmenter),
     "sweep-detector": (SweepRun, PortableSweepDetector),
 }
@@ -256,7 +254,7 @@ def export_run(run: Path, out: Path) -> float:
         out: File to write.
 
     Raises:
-        MissingPackageError: onnx, onnxscript, onnxruntime or the network's library is not installed.
+        MissingPackageError: onnx, onnxscript, or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
     opens, portable = _KINDS.get(read_kind(run), (PoseRun, PortableNetwork))
