@@ -176,12 +176,12 @@ class PortableSweepDetector(Portable):
 
 
 class PortableNetwork(Portable):
-    """A network of poses: proposals and one refiner pass; lengths are normalised as those of ``NetworkInput``."""
+    """A network of poses: proposals and one pass of its refiner, if any; lengths as those of ``NetworkInput``."""
 
     config: PoseRun
     network: DenseFusion
     outputs = ("rotations", "translations", "confidences", "rotation", "translation")
-    """Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""
+    """Proposals (b m 3 3), (b m 3), (b m), and the most confident one (b 3 3), (b 3) after the pass."""
     tolerance = 1e-4
     """In rotation matrices, confidences and half diameters."""
 

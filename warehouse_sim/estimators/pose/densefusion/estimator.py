@@ -170,6 +170,7 @@ class Estimator(Pipeline):
 
     Raises:
         TrainingError: The folder holds no complete run, or no CAD surfaces although ICP is requested.
+        InputError: Corrections are requested of a refiner that was not trained.
     """
 
     def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
@@ -177,6 +178,12 @@ class Estimator(Pipeline):
         fitted, requested = read_calibration(run), config.refiner_iterations
         iterations = fitted.refiner_iterations if requested is None else requested
         self._runner = Runner(run, config.device, config.threads, iterations)
+        if requested and not self._runner.config.refines:
+            raise InputError(
+                f"{run.name} has no trained refiner, and --refiner-iterations {requested} would change nothing: leave "
+                f"it out, or train one with warehouse-sim train {self._runner.config.estimator} --phase refiner "
+                f"--init {run}"
+            )
         self.config = config = config.with_stages(self._has_surfaces())
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]

@@ -42,8 +42,8 @@ class DenseFusionConfig:
     """The point branch."""
     heads: HeadConfig
     """The per-point heads."""
-    refiner: RefinerConfig
-    """The refiner."""
+    refiner: RefinerConfig | None = None
+    """The refiner; none where training has no corrections."""
     images: tuple[ImageConfig, ...] = ()
     """The image branches; none for networks that read the cloud alone."""
     fusion: AttentionConfig | None = None
@@ -108,7 +108,7 @@ class DenseFusion(nn.Module):
         kinds: dict[str, type[PoseHeads | CoordinateHeads]] = {"poses": PoseHeads, "coordinates": CoordinateHeads}
         build_heads = kinds[config.heads.predicts]
         self.heads = build_heads(config.heads, self.points.local_channels, self.points.global_channels, classes)
-        self.refiner = Refiner(config.refiner, channels, classes)
+        self.refiner = Refiner(config.refiner, channels, classes) if config.refiner else None
 
     def embed(self, inputs: NetworkInput) -> Float[Tensor, "b n e"] | None:
         """Return what the images say at each point; None for networks that read the cloud alone."""
@@ -177,7 +177,9 @@ class DenseFusion(nn.Module):
         embedding: Float[Tensor, "b n e"] | None,
         proposal: Proposal | None = None,
     ) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
-        """Return the pose corrected once; the given pose, the images and the proposal receive no gradient.
+        """Return the pose corrected once, as it is without a refiner.
+
+        The given pose, the images and the proposal receive no gradient.
 
         Args:
             rotation: Of the pose.
@@ -186,6 +188,8 @@ class DenseFusion(nn.Module):
             embedding: What ``embed`` returned for it.
             proposal: What ``propose`` returned for it; needed where the network tells the object's points from others.
         """
+        if self.refiner is None:
+            return rotation, translation
         trust: Tensor | None = None
         if self.inliers is not None:
             assert proposal is not None
@@ -228,6 +232,11 @@ class PoseRun(RunConfig):
     train: TrainConfig
     """How it was trained."""
     kind: str = "densefusion"
+
+    @property
+    def refines(self) -> bool:
+        """Whether its refiner was trained."""
+        return self.network.refiner is not None and self.train.refiner_iterations > 0
 
     def make_network(self) -> DenseFusion:
         """Return the network with fresh weights."""
