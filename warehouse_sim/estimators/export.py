@@ -14,8 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
@@ -63,8 +62,8 @@ class Portable(nn.Module, ABC):
 class PortableDetector(Portable):
     """A detector: canvas in, boxes and scores of all cells out, before suppression."""
 
-    config: BoxRun
-    network: BoxNetwork
+    config: DetectorRun
+    network: DetectorNetwork
     outputs = ("boxes", "scores")
     """Edges on the canvas (b n 4, px) and the score of each class (b n c, 0-1)."""
     tolerance = 5e-2

@@ -32,7 +32,7 @@ _CONSTANTS: tuple[tuple[Registry, str, tuple[str, ...]], ...] = (
     ),
     (ESTIMATORS, "lidar.pointcloud", ("detect-pointcloud",)),
     (ESTIMATORS, "lidar.direct", ("lidar-direct",)),
-    (DETECTORS, "detectors.yolov5.settings", tuple(f"detector-{name}" for name in ("rgb", "depth", "rgbd", "lidar"))),
+    (DETECTORS, "detectors.settings", tuple(f"detector-{name}" for name in ("rgb", "depth", "rgbd", "lidar"))),
     (DETECTORS, "lidar.sweep.settings", ("detector-sweep",)),
     (SEGMENTERS, "segmenters.segnet.settings", tuple(f"segmenter-{name}" for name in ("rgb", "depth", "rgbd"))),
     (SEGMENTERS, "segmenters.segnet.settings", ("keypoints-rgb", "keypoints-rgbd")),

@@ -11,7 +11,7 @@ import torch
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError, InputError, TrainingError
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.lidar import pointcloud
 from warehouse_sim.estimators.lidar.direct import LidarDirect, SweepPoses
 from warehouse_sim.estimators.lidar.projection import read_sweep

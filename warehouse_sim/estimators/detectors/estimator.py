@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import torch
 
 from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Detector
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, suppress
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
+from warehouse_sim.estimators.detectors.boxes import suppress
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
 from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
@@ -47,12 +47,9 @@ class TrainedDetector(Detector):
         TrainingError: The folder holds no complete run of a detector.
     """
 
-    opens: ClassVar[type[BoxRun]] = DetectorRun
-    """Its run folders."""
-
     def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
-        self.run_config, self.config = self.opens.read(run), config
-        self._network: BoxNetwork = self.run_config.load_network(run)
+        self.run_config, self.config = DetectorRun.read(run), config
+        self._network: DetectorNetwork = self.run_config.load_network(run)
         self._device, self._threads = place(self._network, config.device, config.threads)
 
     def leave_out_below(self, min_score: float) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig
 from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.images.rows import SMALL_ARRAYS, load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
@@ -41,7 +41,7 @@ class Prepared:
 def prepare(
     readers: Sequence[DatasetReader],
     reads: Reads,
-    config: AnyDetectorConfig,
+    config: DetectorConfig,
     cache: Path | None,
     progress: Progress | None,
     open_stream: OpenStream | None = None,
@@ -86,7 +86,7 @@ def prepare(
 
 
 def _streamed(
-    readers: Sequence[DatasetReader], images: ImageConfig, config: AnyDetectorConfig, open_stream: OpenStream | None
+    readers: Sequence[DatasetReader], images: ImageConfig, config: DetectorConfig, open_stream: OpenStream | None
 ) -> StreamedImages:
     """Open the stream that the settings name.
 

@@ -1,20 +1,20 @@
 """The detector's network: a backbone and a pyramid of YOLOv5's blocks, and a head at each level."""
 
 import math
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig, DetectorSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
+from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import Range, ranged
 
 WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
@@ -159,7 +159,7 @@ class Raw:
     """Box (4), objectness (1), classes: logits."""
 
 
-class CellNetwork(BoxNetwork):
+class CellNetwork(nn.Module, ABC):
     """Detects in batches of arrays of one size, whatever their channels are.
 
     Args:
@@ -170,7 +170,7 @@ class CellNetwork(BoxNetwork):
     anchors: Float[Tensor, "l a 2"]
 
     def __init__(self, config: DetectorNetworkConfig, channels: int) -> None:
-        super().__init__(config.classes)
+        super().__init__()
         self.config = config
         self.pyramid = Pyramid(channels, config.width, config.depth)
         anchors = torch.tensor(config.anchors, dtype=torch.float32).reshape(len(STRIDES), -1, 2)
@@ -256,13 +256,29 @@ class DetectorNetwork(CellNetwork):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DetectorRun(BoxRun):
-    """Everything that defines a trained detector of this package but its weights."""
+class BoxRun(RunConfig):
+    """Everything that defines a trained network that gives boxes but its weights."""
 
-    images: ImageConfig
+    classes: tuple[str, ...]
+    """The classes that it distinguishes, in the order of the network's classes."""
+    images: Any
     """What it reads."""
     network: DetectorNetworkConfig
     """Sizes of the network."""
+    train: BoxTrainingConfig
+    """How it was trained."""
+
+    @abstractmethod
+    def make_network(self) -> CellNetwork:
+        """Return the network with fresh weights."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorRun(BoxRun):
+    """What defines a detector of images."""
+
+    images: ImageConfig
+    """What it reads."""
     train: DetectorConfig
     """How it was trained."""
     kind: str = "detector"
