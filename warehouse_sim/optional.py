@@ -11,7 +11,6 @@ from warehouse_sim.errors import MissingPackageError
 EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
-    "lidar": ("sklearn",),
     "open3d": ("open3d",),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("plotly", "jinja2"),

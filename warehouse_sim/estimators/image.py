@@ -282,3 +282,15 @@ class RgbdImage:
 def _down_if_placed(T_world_camera: Transform) -> Direction | None:
     """Return gravity in the camera frame; None where a dataset says nothing of a world, which then is the camera's."""
     return None if np.array_equal(T_world_camera, np.eye(4)) else down_of_camera(T_world_camera)
+
+
+def require_rgb(image: RgbdImage, estimator: str) -> None:
+    """Make sure that an image has colours.
+
+    Raises:
+        InputError: It has none.
+    """
+    if image.rgb is None:
+        raise InputError(
+            f"{estimator} reads colour, but the image has no rgb; datasets have it with rgb among --outputs"
+        )

@@ -6,11 +6,10 @@ from typing import Annotated, Literal
 
 import torch
 
-from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Detector
 from warehouse_sim.estimators.detectors.boxes import suppress
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
-from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
 from warehouse_sim.estimators.images.settings import DepthSource
@@ -84,11 +83,8 @@ class TrainedDetector(Detector):
             InputError: The image lacks colour, which the detector reads.
         """
         reads = self.run_config.images.reads
-        if image.rgb is None and self.reads_rgb:
-            raise InputError(
-                f"{self.run_config.estimator} reads colour, but the image has no rgb; "
-                "datasets have it with rgb among --outputs"
-            )
+        if self.reads_rgb:
+            require_rgb(image, self.run_config.estimator)
         box = Letterbox.fit((image.camera.width, image.camera.height), self.run_config.images.input_wh)
         rgb = depth = None
         if image.rgb is not None and self.reads_rgb:

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.api import LeastVisible
-from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.matching import may_be
 from warehouse_sim.estimators.pipeline import ObjectPoints, Pipeline, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
@@ -238,11 +238,8 @@ class Estimator(Pipeline):
         Raises:
             InputError: A detection is of an object that the estimator does not know, or colour is missing.
         """
-        if image.rgb is None and self.reads_rgb:
-            raise InputError(
-                f"{self._runner.config.estimator} reads colour, but the image has no rgb; "
-                "datasets have it with rgb among --outputs"
-            )
+        if self.reads_rgb:
+            require_rgb(image, self._runner.config.estimator)
         found = list[Crop]()
         for position, item in enumerate(image.detections):
             numbers = [shape.obj_id for shape in may_be(item, self.objects)]

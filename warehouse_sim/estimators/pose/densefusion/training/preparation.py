@@ -50,7 +50,7 @@ class Prepared:
     @property
     def first_crops(self) -> CropSet:
         """What training sees before its first step."""
-        return self.crops["train"] if self.streamed is None else self.streamed.window(0)[1]
+        return self.crops["train"] if self.streamed is None else self.streamed.window(0)
 
 
 def prepare(
@@ -100,10 +100,11 @@ def prepare(
     surface = _SURFACE_POINTS if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
+    classes = tuple(objects[obj_id].class_name for obj_id in known)
     return Prepared(
-        streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams else None,
+        streamed=StreamedCrops(open_stream, config, crop, shapes, classes) if streams else None,
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
-        classes=tuple(objects[obj_id].class_name for obj_id in known),
+        classes=classes,
         config=PoseRun(
             estimator=method.name,
             version=package_version(),
