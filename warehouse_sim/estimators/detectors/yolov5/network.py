@@ -90,7 +90,8 @@ class Pyramid(nn.Module):
 
     def __init__(self, channels: int, width: float, depth: float) -> None:
         super().__init__()
-        a, b, c, d, e = (_eights(full * width) for full in (64, 128, 256, 512, 1024))
+        # Multiples of 8.
+        a, b, c, d, e = (max(8, round(full * width / 8) * 8) for full in (64, 128, 256, 512, 1024))
         few, more, most = (max(1, round(count * depth)) for count in (3, 6, 9))
         self.start = nn.Sequential(Conv(channels, a, 6, 2, 2), Conv(a, b, 3, 2), CrossStage(b, b, few))
         self.down_3 = nn.Sequential(Conv(b, c, 3, 2), CrossStage(c, c, more))
@@ -116,11 +117,6 @@ class Pyramid(nn.Module):
 
 def _doubled(x: Float[Tensor, "b c h w"]) -> Tensor:
     return functional.interpolate(x, scale_factor=2.0, mode="nearest")
-
-
-def _eights(width: float) -> int:
-    """Return a width as a multiple of 8, at least 8."""
-    return max(8, round(width / 8) * 8)
 
 
 Anchors = Annotated[tuple[tuple[float, float], ...], Range(0.1, 100_000, "px")]

@@ -184,7 +184,8 @@ class Estimator(Pipeline):
                 f"it out, or train one with warehouse-sim train {self._runner.config.estimator} --phase refiner "
                 f"--init {run}"
             )
-        self.config = config = config.with_stages(self._has_surfaces())
+        has_surfaces = (run / MESHES).is_file() and not without_mesh(run, self.objects)
+        self.config = config = config.with_stages(has_surfaces)
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
@@ -247,9 +248,6 @@ class Estimator(Pipeline):
             if crop is not None:
                 found += [replace(crop, obj_id=number) for number in numbers]
         return found
-
-    def _has_surfaces(self) -> bool:
-        return (self._run / MESHES).is_file() and not without_mesh(self._run, self.objects)
 
     def _refiner(self, run: Path) -> IcpRefiner | VerificationRefiner:
         if lacking := without_mesh(run, self.objects):

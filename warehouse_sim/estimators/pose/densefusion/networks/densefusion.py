@@ -129,18 +129,16 @@ class DenseFusion(nn.Module):
         # Points are in random order: the first few are a fair sample.
         wanted = self.config.heads.training_points if self.training else None
         first, second = self.points.layers(self._remarked(inputs), embedding)
-        inlier_logit = None if self.inliers is None else self._inlier_logit(second, inputs)
+        inlier_logit: Tensor | None = None
+        if self.inliers is not None:
+            assert inputs.inside is not None
+            inlier_logit = self.inliers(torch.cat(second, dim=-1), inputs.inside, inputs.class_index)
         trust = None if inlier_logit is None else torch.sigmoid(inlier_logit)
         whole = self.points.pool(second, trust)
         local = local_features(first, second, wanted)
         believed = None if trust is None else trust[:, :wanted]
         found = self.heads(local, whole, inputs.points[:, :wanted], inputs.class_index, believed)
         return found if inlier_logit is None else _weighted(found, inlier_logit)
-
-    def _inlier_logit(self, second: list[Tensor], inputs: NetworkInput) -> Float[Tensor, "b n"]:
-        assert self.inliers is not None
-        assert inputs.inside is not None
-        return self.inliers(torch.cat(second, dim=-1), inputs.inside, inputs.class_index)
 
     def _remarked(self, inputs: NetworkInput) -> Float[Tensor, "b n c"]:
         """Return the points with what else is known of them."""
