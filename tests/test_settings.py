@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from warehouse_sim.catalog.custom_config import CustomObjectConfig
 from warehouse_sim.config import convert, from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.calibration import Calibration
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig

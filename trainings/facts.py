@@ -31,7 +31,7 @@ def description(model: Path) -> list[str]:
     elif kind == POSES:
         config = PoseRun.read(model)
         size, seen, finds = config.train.size, "crops", f"poses of {len(config.objects)} objects"
-        more["refiner"] = _refiner(model, config.train.refiner_iterations)
+        more["refiner"] = _refiner(model, config.train.refiner_iterations) if config.refines else "none that is trained"
         if len(config.objects) <= 4 * _MOST_NAMED:
             more["knows"] = ", ".join(shape.name for shape in config.objects)
     else:

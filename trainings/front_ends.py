@@ -29,7 +29,7 @@ from trainings.data import (
 from trainings.data import FOLDER as POSE_FOLDER
 from trainings.poses import FIRST
 from trainings.warehouses import finished
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
 from warehouse_sim.estimators.lidar.sweep.settings import SweepDetectorConfig

@@ -11,9 +11,7 @@ from warehouse_sim.errors import MissingPackageError
 EXTRAS = {
     "generate": ("mujoco", "moderngl", "glcontext", "embreex", "segno"),
     "learn": ("torch", "safetensors", "tensorboardX"),
-    "lidar": ("sklearn",),
     "open3d": ("open3d",),
-    "detectors": ("transformers", "PIL"),
     "export": ("onnx", "onnxruntime", "onnxscript"),
     "report": ("plotly", "jinja2"),
     "mcap": ("mcap", "mcap_protobuf", "foxglove_schemas_protobuf"),

@@ -140,7 +140,7 @@ def _sparse(image: RgbdImage, points: np.ndarray) -> np.ndarray:
 
 def _resampled(clouds: list[np.ndarray]) -> list[np.ndarray]:
     rng = np.random.default_rng(0)
-    return [resample(cloud, _POINTS, "kmeans", rng) for cloud in clouds if len(cloud)]
+    return [resample(cloud, _POINTS, rng) for cloud in clouds if len(cloud)]
 
 
 def _suppression() -> dict[str, Any]:

@@ -14,7 +14,7 @@ import warehouse_sim as ws
 NAMES = sorted(set(ws.__all__) - {"__version__"})
 LONG = ("Writer", "stream")
 """Whose examples take longest; test_writer.py and test_stream.py do the same."""
-HEAVY = ("torch", "mujoco", "moderngl", "OpenGL", "embreex", "matplotlib", "transformers", "scipy.stats")
+HEAVY = ("torch", "mujoco", "moderngl", "OpenGL", "embreex", "matplotlib", "scipy.stats")
 
 
 def test_there_are_few() -> None:

@@ -19,7 +19,6 @@ from warehouse_sim.optional import EXTRAS
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {
     "usd-core": "pxr",
-    "pillow": "PIL",
     "grpcio": "grpc",
     "pyrender2": "pyrender",
     "mcap-protobuf-support": "mcap_protobuf",
@@ -55,13 +54,10 @@ MORE = {
     "view {data} --html v.html": PAGES,
     "generate smoke --scenes 1 --workers 1 --backend pyrender --out {new}": SCENES | {"peers"},
     "generate smoke --scenes 1 --workers 1 --backend pathtrace --out {new}": SCENES | {"pathtrace"},
-    "train rtdetr-rgb --data {data} --max-steps 1 --out {new}": NETWORKS | {"detectors"},
 }
 """Other ways of commands, which need other extras."""
 SINGLE = ("export", "report", "view", "peers", "pathtrace")
 """Extras that one command each needs."""
-TRANSFORMERS = {"transformers"}
-"""A library of one detector; what else its extra brings others read images with."""
 WAYS = dict(COMMAND.values()) | MORE
 SITE = """
 import sys
@@ -132,9 +128,7 @@ def test_every_command_is_here() -> None:
     assert COMMAND.keys() == COMMANDS.keys()
 
 
-@pytest.mark.parametrize(
-    "extra", ["generate", "learn", "detectors", "export", "report", "mcap", "view", "open3d", "cluster"]
-)
+@pytest.mark.parametrize("extra", ["generate", "learn", "export", "report", "mcap", "view", "open3d", "cluster"])
 def test_a_command_asks_for_all_that_an_extra_brings(extra: str) -> None:
     assert set(EXTRAS[extra]) == extras()[extra]
 
@@ -145,9 +139,7 @@ def test_a_command_asks_for_all_that_an_extra_brings(extra: str) -> None:
     [
         # Without all, or one of several, it is the same line.
         *(pytest.param(extras()[extra], id=extra, marks=pytest.mark.slow) for extra in ("generate", "learn")),
-        pytest.param(
-            TRANSFORMERS.union(*(extras()[extra] for extra in SINGLE)), id="those that one command each needs"
-        ),
+        pytest.param(set().union(*(extras()[extra] for extra in SINGLE)), id="those that one command each needs"),
         pytest.param({"embreex", "tensorboardX"}, id="one of several"),
         pytest.param(ALL, id="all"),
     ],

@@ -8,8 +8,8 @@ import torch
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.cli.main import main
 from warehouse_sim.errors import MissingPackageError, TrainingError
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorNetworkConfig, DetectorRun
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
 from warehouse_sim.estimators.export import Portable, PortableNetwork, export_network, export_run
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.estimators.lidar.sweep.network import SweepRun

@@ -10,8 +10,7 @@ from trainings import bundle as bundling
 from trainings import cards
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.estimators.detectors.estimator import DetectConfig, TrainedDetector
-from warehouse_sim.estimators.detectors.settings import WantedConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.registries import describe_model
 from warehouse_sim.estimators.train import train

@@ -16,7 +16,7 @@ from tests.processes import command_line, descendants, is_alive
 from tests.shared import Shared
 from tests.test_one_writer import start_holder
 from warehouse_sim.errors import OutputError
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train

@@ -12,8 +12,7 @@ import yaml
 from tests.estimators.toy_stream import toy_stream
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError, TrainingError
-from warehouse_sim.estimators.detectors.settings import WantedConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
 from warehouse_sim.estimators.images.rows import image_rows
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.estimators.images.streamed import StreamedImages

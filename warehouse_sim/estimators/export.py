@@ -14,9 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
-from warehouse_sim.estimators.detectors.rtdetr.network import RtdetrRun
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN
@@ -64,8 +62,8 @@ class Portable(nn.Module, ABC):
 class PortableDetector(Portable):
     """A detector: canvas in, boxes and scores of all cells out, before suppression."""
 
-    config: BoxRun
-    network: BoxNetwork
+    config: DetectorRun
+    network: DetectorNetwork
     outputs = ("boxes", "scores")
     """Edges on the canvas (b n 4, px) and the score of each class (b n c, 0-1)."""
     tolerance = 5e-2
@@ -181,12 +179,12 @@ class PortableSweepDetector(Portable):
 
 
 class PortableNetwork(Portable):
-    """A network of poses: proposals and one refiner pass; lengths are normalised as those of ``NetworkInput``."""
+    """A network of poses: proposals and one pass of its refiner, if any; lengths as those of ``NetworkInput``."""
 
     config: PoseRun
     network: DenseFusion
     outputs = ("rotations", "translations", "confidences", "rotation", "translation")
-    """Proposals (b m 3 3), (b m 3), (b m), and the most confident one after one refiner pass (b 3 3), (b 3)."""
+    """Proposals (b m 3 3), (b m 3), (b m), and the most confident one (b 3 3), (b 3) after the pass."""
     tolerance = 1e-4
     """In rotation matrices, confidences and half diameters."""
 
@@ -245,7 +243,6 @@ class PortableNetwork(Portable):
 
 _KINDS: dict[str, tuple[type[RunConfig], type[Portable]]] = {
     "detector": (DetectorRun, PortableDetector),
-    "rtdetr": (RtdetrRun, PortableDetector),
     "segmenter": (SegmenterRun, PortableSegmenter),
     "sweep-detector": (SweepRun, PortableSweepDetector),
 }
@@ -260,7 +257,7 @@ def export_run(run: Path, out: Path) -> float:
         out: File to write.
 
     Raises:
-        MissingPackageError: onnx, onnxscript, onnxruntime or the network's library is not installed.
+        MissingPackageError: onnx, onnxscript, or onnxruntime is not installed.
         TrainingError: The folder holds no complete run, or the file does not compute what torch computes.
     """
     opens, portable = _KINDS.get(read_kind(run), (PoseRun, PortableNetwork))

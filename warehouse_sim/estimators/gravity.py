@@ -18,6 +18,11 @@ def down_of_camera(T_world_camera: Transform) -> Direction:
     return -np.asarray(T_world_camera[2, :3], dtype=float)
 
 
+def down_if_placed(T_world_camera: Transform) -> Direction | None:
+    """Return gravity in the camera frame; None where a dataset says nothing of a world, which then is the camera's."""
+    return None if np.array_equal(T_world_camera, np.eye(4)) else down_of_camera(T_world_camera)
+
+
 def upright_frame(down: Direction) -> Float[np.ndarray, "3 3"]:
     """Return the rotation R_camera_upright of the frame that has z up and x where the camera looks, horizontally.
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
 from warehouse_sim.errors import InputError, shown
-from warehouse_sim.estimators.gravity import Direction, down_of_camera
+from warehouse_sim.estimators.gravity import Direction, down_if_placed, down_of_camera
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.lens import Distortion, Fisheye, Lens, lens_of
 from warehouse_sim.geometry.pose import Transform
@@ -278,9 +278,16 @@ class RgbdImage:
         colors = reader.rgb(image) if rgb else None
         numbers = image.scene_id, image.image_id
         depth, place = reader.depth(image), image.T_world_camera
-        return cls(image.camera, depth, detections, colors, *numbers, place, _down_if_placed(place))
+        return cls(image.camera, depth, detections, colors, *numbers, place, down_if_placed(place))
 
 
-def _down_if_placed(T_world_camera: Transform) -> Direction | None:
-    """Return gravity in the camera frame; None where a dataset says nothing of a world, which then is the camera's."""
-    return None if np.array_equal(T_world_camera, np.eye(4)) else down_of_camera(T_world_camera)
+def require_rgb(image: RgbdImage, estimator: str) -> None:
+    """Make sure that an image has colours.
+
+    Raises:
+        InputError: It has none.
+    """
+    if image.rgb is None:
+        raise InputError(
+            f"{estimator} reads colour, but the image has no rgb; datasets have it with rgb among --outputs"
+        )

@@ -32,8 +32,7 @@ _CONSTANTS: tuple[tuple[Registry, str, tuple[str, ...]], ...] = (
     ),
     (ESTIMATORS, "lidar.pointcloud", ("detect-pointcloud",)),
     (ESTIMATORS, "lidar.direct", ("lidar-direct",)),
-    (DETECTORS, "detectors.yolov5.settings", tuple(f"detector-{name}" for name in ("rgb", "depth", "rgbd", "lidar"))),
-    (DETECTORS, "detectors.rtdetr.settings", tuple(f"rtdetr-{name}" for name in ("rgb", "depth", "rgbd"))),
+    (DETECTORS, "detectors.settings", tuple(f"detector-{name}" for name in ("rgb", "depth", "rgbd", "lidar"))),
     (DETECTORS, "lidar.sweep.settings", ("detector-sweep",)),
     (SEGMENTERS, "segmenters.segnet.settings", tuple(f"segmenter-{name}" for name in ("rgb", "depth", "rgbd"))),
     (SEGMENTERS, "segmenters.segnet.settings", ("keypoints-rgb", "keypoints-rgbd")),
@@ -51,7 +50,6 @@ SEGMENTERS.add("cluster", "warehouse_sim.estimators.segmenters.cluster:BoxCluste
 FAMILIES.add("densefusion", "warehouse_sim.estimators.pose.densefusion.estimator:Estimator")
 FRONT_ENDS.add("detector", "warehouse_sim.estimators.detectors.estimator:TrainedDetector")
 FRONT_ENDS.add("sweep-detector", "warehouse_sim.estimators.lidar.sweep.estimator:TrainedSweepDetector")
-FRONT_ENDS.add("rtdetr", "warehouse_sim.estimators.detectors.rtdetr.network:TrainedRtdetr")
 FRONT_ENDS.add("segmenter", "warehouse_sim.estimators.segmenters.segnet.estimator:TrainedSegmenter")
 
 

@@ -32,7 +32,8 @@ class PredictConfig:
     selection: Selection | None = None
     """How one pose is selected from those of the points; by default consensus."""
     refiner_iterations: Annotated[int, Range(0, 100)] | None = None
-    """Corrections by the network's own refiner, 0-100; by default those of its calibration, else of its training."""
+    """Corrections by the network's own refiner where one was trained, 0-100; by default those of its calibration, else
+    of its training."""
     refine: Refinement | None = None
     """What refines the pose: nothing, point-to-plane ICP, or multi-hypothesis ICP with depth verification (verify); by
     default verify, or none where the estimator has no CAD surfaces."""

@@ -94,7 +94,9 @@ class Truck:
     def obey(self, command: Command) -> str:
         """Drive for a step or go in; return how the episode ends, "" where it goes on."""
         if command.goes_in:
-            return self._go_in(command)
+            pallet, face = self.start.pallet, self.start.face
+            T = estimate_of(self._entry(command), pallet.T_world_object, face.T_object_dock)
+            return dock(self.start.station, face, T, self._rng).outcome
         for _ in range(TICKS):
             self.motion, way = self.motion.after(command.speed, command.curvature)
             self.odometry.add(way, self.motion.curvature)
@@ -103,12 +105,6 @@ class Truck:
             if crossed and self._touches(self.motion.pose):
                 return COLLIDED
         return ""
-
-    def _go_in(self, command: Command) -> str:
-        """Return what the simulated truck says of going in along its own axis."""
-        pallet, face = self.start.pallet, self.start.face
-        T = estimate_of(self._entry(command), pallet.T_world_object, face.T_object_dock)
-        return dock(self.start.station, face, T, self._rng).outcome
 
     def _entry(self, command: Command) -> Transform:
         """Return the dock frame that an order to go in stands for; its way is by odometry."""

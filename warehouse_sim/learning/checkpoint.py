@@ -63,15 +63,9 @@ _NUMBERS = ("step", "stretch", "learning_rate", "metrics", "validation_seconds")
 
 
 def latest_checkpoint(run: Path) -> Path | None:
-    """Return the checkpoint that an interrupted run goes on from.
-
-    Raises:
-        TrainingError: There are only such that this version cannot read.
-    """
+    """Return the checkpoint that an interrupted run goes on from."""
     folder = run / CHECKPOINTS
     found = sorted(folder.glob("step=*.safetensors"), key=lambda path: int(path.stem.removeprefix("step=")))
-    if not found and (old := next(folder.glob("*.ckpt"), None)):
-        raise TrainingError(f"{old} was written by an older version of warehouse-sim; train again in another folder")
     return found[-1] if found else None
 
 

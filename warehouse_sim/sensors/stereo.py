@@ -110,14 +110,11 @@ def match_sgbm(
     )
     # OpenCV gives no value in the first columns, where the largest disparity leaves the image: a margin does it.
     margin = config.disparities
-    wide = [cv2.copyMakeBorder(_grey(rgb), 0, 0, margin, 0, cv2.BORDER_REPLICATE) for rgb in (left, right)]
+    grey = (cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY) for rgb in (left, right))
+    wide = [cv2.copyMakeBorder(one, 0, 0, margin, 0, cv2.BORDER_REPLICATE) for one in grey]
     found = matcher.compute(*wide)[:, margin:].astype(np.float32) / np.float32(_STEPS)
     columns = np.arange(found.shape[1], dtype=np.float32)
     return np.where((found > 0) & (found <= columns), found, np.float32(0.0))
-
-
-def _grey(rgb: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w"]:
-    return cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
 
 
 def both_see(

@@ -12,8 +12,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results.detections import write_results
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.detectors.estimator import TrainedDetector
-from warehouse_sim.estimators.detectors.settings import WantedConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig, WantedConfig
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import detect, predict

@@ -1,12 +1,9 @@
 """DBSCAN with a reach that grows with range against its definition, and which cluster is chosen."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from warehouse_sim.errors import ConfigError, MissingPackageError
-from warehouse_sim.estimators.lidar import clusters as module
+from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.lidar.clusters import (
     ClusterConfig,
     Clusters,
@@ -40,12 +37,11 @@ def by_definition(points: np.ndarray, least: int) -> tuple[np.ndarray, np.ndarra
     return core, label
 
 
-@pytest.mark.parametrize("library", ["scipy", "scikit-learn"])
-def test_it_is_dbscan(library: str) -> None:
+def test_it_is_dbscan() -> None:
     points = np.concatenate([
         blob((0, 0, 4), 0.3, 150, 0), blob((0.6, 0, 4.2), 0.4, 120, 1), blob((0, 0, 30), 20.0, 60, 2)
     ])  # fmt: skip
-    found = cluster(points, 0.01, replace(PLAIN, library=library))
+    found = cluster(points, 0.01, PLAIN)
     core, label = by_definition(in_reaches(points, 0.01, PLAIN), 10)
     np.testing.assert_array_equal(found.is_core, core)
     assert found.count == label.max() + 1 >= 2
@@ -89,15 +85,6 @@ def test_no_points_no_clusters_and_limits_that_contradict() -> None:
     assert cluster(np.zeros((0, 3)), SPACING).count == 0
     with pytest.raises(ConfigError, match=r"min_eps 0.5 m must not exceed max_eps 0.25 m"):
         ClusterConfig(min_eps=0.5)
-
-
-def test_without_scikit_learn_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(name: str, extra: str, purpose: str) -> None:
-        raise MissingPackageError(f"{name} {extra} {purpose}")
-
-    monkeypatch.setattr(module, "require", gone)
-    with pytest.raises(MissingPackageError, match=r"sklearn\.cluster lidar to find clusters"):
-        cluster(np.ones((3, 3)), SPACING, ClusterConfig(library="scikit-learn"))
 
 
 def labelled(*counts: tuple[int, int]) -> Clusters:

@@ -9,7 +9,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.compose import MARGIN, composed_sweep, plain_sweep
-from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid, id_boxes, range_image, ring_overlaps
+from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid, id_boxes, range_image
 from warehouse_sim.estimators.lidar.sweep.rows import (
     above_floor,
     floor_of,
@@ -146,14 +146,6 @@ def test_boxes_of_ids_are_those_of_a_search_over_all_stretches(seed: int) -> Non
         assert box[2] - box[0] == widths[int(box[0])]
     assert np.isnan(found[3]).all()
     assert found[1][0] < 256 < found[1][2], "the first blob lies across the seam"
-
-
-def test_overlaps_know_no_seam() -> None:
-    a = np.array([[250.0, 10, 270, 20]])
-    b = np.array([[-6.0, 10, 14, 20], [250, 10, 260, 20], [100, 10, 120, 20]])
-    ious, covered = ring_overlaps(a, b, 256)
-    np.testing.assert_allclose(ious, [[1.0, 0.5, 0.0]])
-    np.testing.assert_allclose(covered, [[1.0, 0.5, 0.0]])
 
 
 def test_labels_are_all_that_a_sweep_shows_and_not_what_a_camera_sees(toy_root: Path) -> None:

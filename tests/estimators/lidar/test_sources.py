@@ -72,18 +72,16 @@ def test_the_network_reads_resampled_points_of_the_cluster(toy_root: Path, estim
     reader = DatasetReader(toy_root)
     image = Finder("gt-boxes+cluster", depth="lidar").find(estimator, reader, reader.images("train")[0])
     assert image is not None
-    for method in ("kmeans", "farthest", "random"):
-        crops = LidarChain(estimator, (), method).stages.select(image)
-        assert len(crops) >= 2
-        for crop, plain in zip(crops, estimator.cut(image), strict=True):
-            assert crop.points.shape == (estimator.point_count, 3)
-            assert (crop.position, crop.obj_id) == (plain.position, plain.obj_id)
-            all_points = np.argwhere(image.detections[crop.position].mask & (image.depth > 0))
-            low, high = plain.points.min(axis=0) - 0.3, plain.points.max(axis=0) + 0.3
-            assert len(all_points) >= 32
-            assert ((crop.points >= low) & (crop.points <= high)).all()
-    again = LidarChain(estimator, (), "kmeans").stages.select(image)[0].points
-    np.testing.assert_array_equal(again, LidarChain(estimator, (), "kmeans").stages.select(image)[0].points)
+    crops = LidarChain(estimator).stages.select(image)
+    assert len(crops) >= 2
+    for crop, plain in zip(crops, estimator.cut(image), strict=True):
+        assert crop.points.shape == (estimator.point_count, 3)
+        assert (crop.position, crop.obj_id) == (plain.position, plain.obj_id)
+        all_points = np.argwhere(image.detections[crop.position].mask & (image.depth > 0))
+        low, high = plain.points.min(axis=0) - 0.3, plain.points.max(axis=0) + 0.3
+        assert len(all_points) >= 32
+        assert ((crop.points >= low) & (crop.points <= high)).all()
+    np.testing.assert_array_equal(crops[0].points, LidarChain(estimator).stages.select(image)[0].points)
 
 
 def test_sweeps_become_poses(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

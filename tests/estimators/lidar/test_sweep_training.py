@@ -11,12 +11,12 @@ import torch
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import ConfigError, InputError, TrainingError
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig
+from warehouse_sim.estimators.detectors.settings import DetectorConfig
 from warehouse_sim.estimators.lidar import pointcloud
 from warehouse_sim.estimators.lidar.direct import LidarDirect, SweepPoses
 from warehouse_sim.estimators.lidar.projection import read_sweep
 from warehouse_sim.estimators.lidar.sweep.estimator import TrainedSweepDetector
-from warehouse_sim.estimators.lidar.sweep.range_image import id_boxes, range_image, ring_overlaps
+from warehouse_sim.estimators.lidar.sweep.range_image import id_boxes, range_image
 from warehouse_sim.estimators.lidar.sweep.settings import (
     RangeImageConfig,
     SweepAugmentConfig,
@@ -30,6 +30,7 @@ from warehouse_sim.estimators.predict import detect, predict
 from warehouse_sim.estimators.registries import DETECTORS
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.train import train
+from warehouse_sim.geometry.boxes import box_ious
 from warehouse_sim.geometry.pose import make_transform, rotation_z, transform_points
 
 CONFIG = SweepDetectorConfig(
@@ -68,7 +69,8 @@ def test_it_finds_what_it_saw_wherever_the_lidar_is_turned(run: Path, toy_root: 
             found, floor = detector.find(points)
             assert floor is not None
             gt = gt_boxes(detector, points, scan.instance_ids)
-            iou = ring_overlaps(np.array([item.box for item in found]).reshape(-1, 4), gt, 256)[0]
+            boxes = np.array([item.box for item in found]).reshape(-1, 4)
+            iou = np.max([box_ious(boxes, gt + np.array([turn, 0, turn, 0])) for turn in (-256, 0, 256)], axis=0)
             requested += len(gt)
             right += int((iou.max(axis=0, initial=0.0) > 0.5).sum())
             owners = [scan.instance_ids[item.own] for item in detector.around(points)]

@@ -104,8 +104,8 @@ def _size(out: Path) -> int:
 def export(run: tyro.conf.Positional[str], out: Path) -> None:
     """Write a trained network as ONNX with a free batch axis.
 
-    Of a pose estimator, that gives proposals and one refiner pass; of a detector, boxes and scores before suppression,
-    of one of sweeps which pixels show an object, too; of a segmenter, masks and maps of key points.
+    Of a pose estimator, that gives proposals and one pass of its refiner, if any; of a detector, boxes and scores
+    before suppression, of one of sweeps which pixels show an object, too; of a segmenter, masks and maps of key points.
 
     Args:
         run: Run folder, or name of a bundled estimator.

@@ -69,8 +69,7 @@ def _front_end_command(settings: Any) -> Callable[..., Any]:
             data: One or several dataset folders.
             out: Run folder to make: weights, resolved config, curves, result.
             resume: Go on with a run that was interrupted.
-            init: Bundled one or run folder whose weights training begins with; fresh ones by default. Of an RT-DETR
-                also a folder or safetensors file of the library transformers.
+            init: Bundled one or run folder whose weights training begins with; fresh ones by default.
             cache: Folder that keeps the scaled images for the next training, by default in your cache folder; ``none``
                 keeps them in memory.
             config: How to train.

@@ -1,62 +1,13 @@
-"""Networks that give boxes: which of their boxes remain (non-maximum suppression), and how good these are."""
+"""Which boxes of a network remain (non-maximum suppression), and how good these are."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt8
-from torch import Tensor, nn
+from jaxtyping import Bool, Float, Int
 
 from warehouse_sim.dataset.results.precision_recall import Matches, average_precision, match
-from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
 from warehouse_sim.geometry.boxes import box_coverage, box_ious
-from warehouse_sim.learning.run_folder import RunConfig
-
-
-class BoxNetwork(nn.Module, ABC):
-    """Detects in batches of images of one size.
-
-    Args:
-        classes: Number of classes.
-    """
-
-    def __init__(self, classes: int) -> None:
-        super().__init__()
-        self.classes = classes
-
-    @abstractmethod
-    def forward(self, rgb: UInt8[Tensor, "b h w 3"] | None, depth: Float[Tensor, "b h w"] | None) -> Any:
-        """Return what ``decode`` takes.
-
-        Args:
-            rgb: Colours, if they are read.
-            depth: Canonical depth (m), if it is read.
-        """
-
-    @abstractmethod
-    def decode(self, raw: Any) -> tuple[Float[Tensor, "b n 4"], Float[Tensor, "b n k"]]:
-        """Return boxes (edges on the canvas, px) and the score of each class (0-1)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BoxRun(RunConfig):
-    """What defines a trained network that gives boxes."""
-
-    classes: tuple[str, ...]
-    """The classes that it distinguishes, in the order of the network's classes."""
-    images: Any
-    """What it reads."""
-    network: Any
-    """Sizes of the network."""
-    train: BoxTrainingConfig
-    """How it was trained."""
-
-    @abstractmethod
-    def make_network(self) -> BoxNetwork:
-        """Return the network with fresh weights."""
-
 
 CONSIDERED = 1000
 """Of more boxes, those with the best scores."""

@@ -2,15 +2,14 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import torch
 
-from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Detector
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, suppress
-from warehouse_sim.estimators.detectors.yolov5.network import DetectorRun
-from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.detectors.boxes import suppress
+from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
+from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.rows import canonical_mm
 from warehouse_sim.estimators.images.settings import DepthSource
@@ -47,12 +46,9 @@ class TrainedDetector(Detector):
         TrainingError: The folder holds no complete run of a detector.
     """
 
-    opens: ClassVar[type[BoxRun]] = DetectorRun
-    """Its run folders."""
-
     def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:
-        self.run_config, self.config = self.opens.read(run), config
-        self._network: BoxNetwork = self.run_config.load_network(run)
+        self.run_config, self.config = DetectorRun.read(run), config
+        self._network: DetectorNetwork = self.run_config.load_network(run)
         self._device, self._threads = place(self._network, config.device, config.threads)
 
     def leave_out_below(self, min_score: float) -> None:
@@ -87,11 +83,8 @@ class TrainedDetector(Detector):
             InputError: The image lacks colour, which the detector reads.
         """
         reads = self.run_config.images.reads
-        if image.rgb is None and self.reads_rgb:
-            raise InputError(
-                f"{self.run_config.estimator} reads colour, but the image has no rgb; "
-                "datasets have it with rgb among --outputs"
-            )
+        if self.reads_rgb:
+            require_rgb(image, self.run_config.estimator)
         box = Letterbox.fit((image.camera.width, image.camera.height), self.run_config.images.input_wh)
         rgb = depth = None
         if image.rgb is not None and self.reads_rgb:

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import TrainingError
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig
 from warehouse_sim.estimators.images.faces import FACE
 from warehouse_sim.estimators.images.rows import SMALL_ARRAYS, load_images
 from warehouse_sim.estimators.images.settings import ImageConfig, Reads
@@ -41,7 +40,7 @@ class Prepared:
 def prepare(
     readers: Sequence[DatasetReader],
     reads: Reads,
-    config: AnyDetectorConfig,
+    config: DetectorConfig,
     cache: Path | None,
     progress: Progress | None,
     open_stream: OpenStream | None = None,
@@ -86,7 +85,7 @@ def prepare(
 
 
 def _streamed(
-    readers: Sequence[DatasetReader], images: ImageConfig, config: AnyDetectorConfig, open_stream: OpenStream | None
+    readers: Sequence[DatasetReader], images: ImageConfig, config: DetectorConfig, open_stream: OpenStream | None
 ) -> StreamedImages:
     """Open the stream that the settings name.
 
@@ -131,7 +130,7 @@ def known_classes(
     names: dict[int, str] = {}
     for reader in readers:
         for obj_id, info in reader.objects.items():
-            name = _label(info, config)
+            name = info.class_name if config.labels == "class" else info.name
             if names.setdefault(obj_id, name) != name:
                 raise TrainingError(f"object {obj_id} is {names[obj_id]} in one dataset and {name} in {reader.root}")
             names[-obj_id] = FACE
@@ -141,10 +140,6 @@ def known_classes(
         raise TrainingError(f"no target is of the class {unknown[0]!r}; classes: {', '.join(sorted(labels))}")
     classes = tuple(sorted(labels & set(config.classes) if config.classes else labels))
     return classes, {number: classes.index(name) for number, name in names.items() if name in classes}
-
-
-def _label(info: ObjectInfo, config: BoxTrainingConfig) -> str:
-    return info.class_name if config.labels == "class" else info.name
 
 
 def wanted_sizes(parts: Sequence[Arrays], class_of: dict[int, int], config: BoxTrainingConfig) -> np.ndarray:

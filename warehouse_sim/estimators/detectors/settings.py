@@ -1,4 +1,4 @@
-"""Settings of training any detector; free of torch, so that a command line can show them at once."""
+"""Settings of training a detector, and their names; free of torch, so that a command line can show them at once."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal, Self
@@ -12,6 +12,7 @@ from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
 Labels = Literal["class", "object"]
+DetectorSize = Literal["pico", "nano", "small"]
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class BoxTrainingConfig(LoopConfig):
     """Peak learning rate, 0.000000001-10; falls along a cosine to a hundredth."""
     precision: Literal["auto", "32", "bf16"] = "32"
     """Arithmetic of the network; layers as narrow as these are no faster in 16 bits on most CPUs."""
-    size: str = ""
-    """Widths and depths of the network by name."""
+    size: DetectorSize = "nano"
+    """Widths of the network: nano and small are those of the original, pico is half of nano."""
     labels: Labels = "class"
     """What is distinguished: classes (pallet, carton), or objects (epal1, epal2)."""
     classes: tuple[str, ...] = ()
@@ -55,8 +56,8 @@ class BoxTrainingConfig(LoopConfig):
 
 @dataclass(frozen=True)
 @ranged
-class AnyDetectorConfig(BoxTrainingConfig, StreamedConfig):
-    """How any network that finds objects in images is trained."""
+class DetectorConfig(BoxTrainingConfig, StreamedConfig):
+    """How a network that finds objects in images is trained."""
 
     input_wh: Annotated[tuple[int, int], Range(32, 8192, "px")] = (640, 192)
     """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
@@ -83,7 +84,24 @@ class AnyDetectorConfig(BoxTrainingConfig, StreamedConfig):
 
 
 @dataclass(frozen=True)
-class TrainableOnImages(TrainableNetwork):
+class TrainableDetector(TrainableNetwork):
     """A detector by what it reads of images."""
 
     reads: Reads = ("depth",)
+    settings: DetectorConfig = DetectorConfig()
+
+    job: ClassVar[str] = "warehouse_sim.estimators.detectors.task:BoxJob"
+    opens: ClassVar[str] = "warehouse_sim.estimators.detectors.estimator:TrainedDetector"
+
+
+DETECTOR_RGB = TrainableDetector("detector-rgb", "finds objects in colour images", "RGB", reads=("rgb",))
+DETECTOR_DEPTH = TrainableDetector("detector-depth", "finds objects in depth images", "depth")
+DETECTOR_RGBD = TrainableDetector(
+    "detector-rgbd", "finds objects in colour and depth", "RGB + depth", reads=("rgb", "depth")
+)
+DETECTOR_LIDAR = TrainableDetector(
+    "detector-lidar",
+    "finds objects in depth images made of LiDAR sweeps",
+    "LiDAR",
+    settings=DetectorConfig(depth_source="lidar"),
+)

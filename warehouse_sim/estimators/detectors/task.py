@@ -1,9 +1,8 @@
-"""What the trainings of all detectors share: a step, a validation, and the job; a network brings its sizes and loss."""
+"""The training of a network that gives boxes: a step, a validation, and the job with anchors for its data."""
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import torch
@@ -11,10 +10,20 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun, Kept, box_precision, suppress
-from warehouse_sim.estimators.detectors.preparation import Prepared, prepare
-from warehouse_sim.estimators.detectors.settings import AnyDetectorConfig, BoxTrainingConfig, TrainableOnImages
-from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
+from warehouse_sim.estimators.detectors.boxes import Kept, box_precision, suppress
+from warehouse_sim.estimators.detectors.preparation import Prepared, prepare, wanted_sizes
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig, TrainableDetector
+from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, cluster_anchors
+from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
+from warehouse_sim.estimators.detectors.yolov5.network import (
+    DEPTH,
+    STRIDES,
+    WIDTHS,
+    BoxRun,
+    CellNetwork,
+    DetectorNetworkConfig,
+    DetectorRun,
+)
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.loop import ComposedTask
@@ -28,6 +37,11 @@ _MOST_VALIDATED = 300
 _LEAST_SCORE = 0.01
 _CALM_FRACTION = 0.15
 """Last fraction of the run without mosaics, so that it ends on images as they are."""
+_MAX_OVERLAP = 0.6
+"""Of a detection with a better one of its class, in validation."""
+_ANCHORS_A_LEVEL = 3
+_MOST_CLUSTERED = 20_000
+"""Boxes that anchors are found from."""
 Inputs = tuple[Tensor | None, Tensor | None]
 
 
@@ -61,7 +75,7 @@ class _Place(NamedTuple):
 
 
 class BoxTask(ComposedTask[_Place, Sample]):
-    """Train a network that gives boxes on samples composed again at each step.
+    """Train a network that gives boxes on samples composed again at each step, of images where nothing else is said.
 
     Args:
         network: What is trained.
@@ -72,13 +86,11 @@ class BoxTask(ComposedTask[_Place, Sample]):
         order: Order of the training samples, which says which group they are of.
     """
 
-    network: BoxNetwork
-    max_overlap = 0.6
-    """Of a detection with a better one of its class, in validation."""
+    network: CellNetwork
 
     def __init__(
         self,
-        network: BoxNetwork,
+        network: CellNetwork,
         config: BoxTrainingConfig,
         train: Groups,
         val: Sequence[Arrays],
@@ -99,17 +111,20 @@ class BoxTask(ComposedTask[_Place, Sample]):
         )
         return self.loss(self._tensors(samples), self._targets(samples))
 
-    @abstractmethod
     def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
-        """Return a training sample of a row of arrays, disturbed afresh."""
+        """Return a training sample of a row of arrays, disturbed afresh: zoomed, shifted, mirrored, or a mosaic."""
+        assert isinstance(self.config, DetectorConfig)
+        return composed_sample(arrays, row, self.config.augment, rng, mosaics)
 
-    @abstractmethod
     def plain(self, arrays: Arrays, row: int) -> Sample:
         """Return a row of arrays as validation sees it."""
+        return plain_sample(arrays, row)
 
-    @abstractmethod
     def loss(self, inputs: Inputs, targets: Targets) -> Float[Tensor, ""]:
-        """Return what is minimised, of colours and depths and what is to be found in them."""
+        """Return CIoU, objectness and classes, weighted, of colours and depths and what is to be found in them."""
+        raw = self.network(*inputs)
+        with torch.autocast(self._device.type, enabled=False):
+            return detection_loss(self.network, raw, targets)
 
     def _keys(self, index: Int[Tensor, " b"], part: slice, step: int, mosaics: bool) -> list[_Place]:
         group, rows = self._order.group_of(index)
@@ -122,7 +137,7 @@ class BoxTask(ComposedTask[_Place, Sample]):
 
     def validate(self, network: nn.Module) -> dict[str, float]:
         """Return average precisions of boxes (%), at overlaps of 0.5 and 0.75."""
-        assert isinstance(network, BoxNetwork)
+        assert isinstance(network, CellNetwork)
         images = [(arrays, row) for arrays in self._val for row in range(len(arrays["labels"]))]
         images = images[:: max(1, -(-len(images) // _MOST_VALIDATED))]
         found, gt = list[Kept](), list[np.ndarray]()
@@ -133,12 +148,13 @@ class BoxTask(ComposedTask[_Place, Sample]):
         rows = [self._known(labels) for labels in gt]
         boxes, classes = [labels[:, :4].astype(float) for labels, _ in rows], [numbers for _, numbers in rows]
         requested = [self.config.is_wanted(labels) for labels, _ in rows]
+        classes_known = network.config.classes
         return {
-            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, requested, network.classes, overlap)
+            f"val_ap{round(100 * overlap)}": box_precision(found, boxes, classes, requested, classes_known, overlap)
             for overlap in (0.5, 0.75)
         }
 
-    def _detect(self, network: BoxNetwork, samples: Sequence[Sample]) -> list[Kept]:
+    def _detect(self, network: CellNetwork, samples: Sequence[Sample]) -> list[Kept]:
         found = list[Kept]()
         sizes = {_size(sample) for sample in samples}
         # Images of several canvases pass one after the other.
@@ -146,7 +162,7 @@ class BoxTask(ComposedTask[_Place, Sample]):
         for part in parts:
             boxes, scores = network.decode(network(*self._tensors(part)))
             for box, score in zip(boxes.cpu().numpy(), scores.cpu().numpy(), strict=True):
-                found.append(suppress(box.astype(float), score, _LEAST_SCORE, self.max_overlap))
+                found.append(suppress(box.astype(float), score, _LEAST_SCORE, _MAX_OVERLAP))
         return found
 
     def _tensors(self, samples: Sequence[Sample]) -> Inputs:
@@ -168,20 +184,6 @@ class BoxTask(ComposedTask[_Place, Sample]):
         return labels[numbers >= 0], numbers[numbers >= 0]
 
 
-class ImageBoxTask(BoxTask):
-    """Train a network that gives boxes on images; see ``BoxTask`` for the arguments."""
-
-    config: AnyDetectorConfig
-
-    def composed(self, arrays: Arrays, row: int, rng: np.random.Generator, mosaics: bool) -> Sample:
-        """Return an image zoomed, shifted and mirrored, or a mosaic of four."""
-        return composed_sample(arrays, row, self.config.augment, rng, mosaics)
-
-    def plain(self, arrays: Arrays, row: int) -> Sample:
-        """Return an image as it is stored."""
-        return plain_sample(arrays, row)
-
-
 def _size(sample: Sample) -> tuple[int, ...]:
     image = sample.rgb if sample.rgb is not None else sample.depth
     assert image is not None
@@ -190,24 +192,33 @@ def _size(sample: Sample) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class BoxJob(TrainingJob):
-    """A training of any network that gives boxes."""
+    """A training of a network that gives boxes, of images where nothing else is said."""
 
     config: BoxTrainingConfig
 
-    run_config: ClassVar[type[BoxRun]]
-    task: ClassVar[type[BoxTask]]
+    run_config: ClassVar[type[BoxRun]] = DetectorRun
+    task: ClassVar[type[BoxTask]] = BoxTask
     """Its step and validation."""
     samples: ClassVar[str] = "images"
     watched: ClassVar[tuple[str, str]] = ("val_ap50", "validation AP50 {:.1f} %")
 
-    @abstractmethod
-    def sizes(self, prepared: Prepared) -> Any:
-        """Return the configuration of the network."""
+    @property
+    def is_small(self) -> bool:
+        """Whether the network gains little from several threads."""
+        return self.config.size != "small"
+
+    def sizes(self, prepared: Prepared) -> DetectorNetworkConfig:
+        """Return widths by size, and anchors for the boxes of the training data."""
+        rng, boxes = np.random.default_rng(self.config.seed), prepared.images["train"]
+        sizes = rng.permutation(wanted_sizes(boxes, prepared.class_of, self.config))[:_MOST_CLUSTERED]
+        fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
+        anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
+        return DetectorNetworkConfig(WIDTHS[self.config.size], DEPTH, len(prepared.classes), anchors)
 
     def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:
         """Read the samples."""
-        assert isinstance(self.config, AnyDetectorConfig)
-        assert isinstance(self.method, TrainableOnImages)
+        assert isinstance(self.config, DetectorConfig)
+        assert isinstance(self.method, TrainableDetector)
         return prepare(readers, self.method.reads, self.config, self.cache_dir, progress, self.open_stream)
 
     def start(self, progress: Progress | None = None) -> Started:
@@ -222,7 +233,7 @@ class BoxJob(TrainingJob):
         if prepared.streamed is None:
             order, train = GroupedOrder(counts["train"], self.config.batch, self.config.seed), prepared.images["train"]
         else:
-            assert isinstance(self.config, AnyDetectorConfig)
+            assert isinstance(self.config, DetectorConfig)
             order = train = prepared.streamed
             stream, _ = self.config.stream, counts.pop("train")
             remark = f"train: the stream of {stream.recipe}, seed {stream.seed}"

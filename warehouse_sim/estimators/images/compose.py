@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, UInt8
+from jaxtyping import Float32, UInt8
 
 from warehouse_sim.estimators.images.settings import ImageAugmentConfig
+from warehouse_sim.geometry.boxes import box_areas
 from warehouse_sim.learning.samples.array_store import Arrays
 
 _MOSAIC = 0.3
@@ -89,7 +90,7 @@ def composed_sample(
         rng: Decides.
         mosaics: Whether there are any.
     """
-    height, width = _canvas(arrays)
+    height, width = arrays["rgb" if "rgb" in arrays else "depth"].shape[1:3]
     if rng.random() < _MOSAIC and mosaics:
         u, v = round(width * rng.uniform(0.3, 0.7)), round(height * rng.uniform(0.3, 0.7))
         corners = [(0, 0, u, v), (u, 0, width, v), (0, v, u, height), (u, v, width, height)]
@@ -157,11 +158,6 @@ def _of_another_camera(rgb: UInt8[np.ndarray, "h w 3"], rng: np.random.Generator
     return np.asarray(cv2.addWeighted(rgb, 1.0, grain, width / 127.5, -width))
 
 
-def _canvas(arrays: Arrays) -> tuple[int, int]:
-    height, width = arrays["rgb" if "rgb" in arrays else "depth"].shape[1:3]
-    return height, width
-
-
 def _place(
     corner: tuple[int, int, int, int], size_wh: tuple[int, int], config: ImageAugmentConfig, rng: np.random.Generator
 ) -> _Place:
@@ -186,17 +182,12 @@ def _moved(labels: Float32[np.ndarray, "k 8"], place: _Place, width: int) -> Flo
         boxes[:, [0, 2]] = width - boxes[:, [2, 0]]
     boxes = boxes * place.zoom + np.tile(place.shift, 2)
     cut = np.clip(boxes, [place.left, place.top] * 2, [place.right, place.bottom] * 2)
-    fraction = _area(cut) / np.maximum(_area(boxes), 1e-9)
+    fraction = box_areas(cut) / np.maximum(box_areas(boxes), 1e-9)
     labels[:, :4] = cut
     labels[:, 5] *= np.where(fraction < _LEAST_FRACTION, 0.0, fraction)
     labels[:, 6] *= place.zoom * (cut[:, 3] - cut[:, 1]) / np.maximum(boxes[:, 3] - boxes[:, 1], 1e-9)
-    kept: Float32[np.ndarray, "n 8"] = labels[_area(cut) > 1.0]
+    kept: Float32[np.ndarray, "n 8"] = labels[box_areas(cut) > 1.0]
     return kept
-
-
-def _area(boxes: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
-    area: Float[np.ndarray, " k"] = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
-    return area
 
 
 def _painted(

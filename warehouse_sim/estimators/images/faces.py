@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from warehouse_sim.dataset.objects import FACES, ObjectInfo
 from warehouse_sim.dataset.reader import ImageRecord, TargetRecord
 from warehouse_sim.estimators.images.letterbox import Letterbox
+from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.pose import transform_points
 
 FACE = "pallet_face"
@@ -63,13 +64,14 @@ def _labels(
             continue
         mask = reader.mask_visible(image, target.gt_index) if mask is None else mask
         outline = image.camera.project(corners)
-        seen = _box_of(mask & _inside(outline, mask.shape))
+        seen = mask_box_xyxy(mask & _inside(outline, mask.shape))
         if seen is None:
             continue
-        left, top, right, bottom = seen
+        # Inclusive corners of pixel centres become edges.
+        left, top, right, bottom = seen[0], seen[1], seen[2] + 1, seen[3] + 1
         whole = np.prod(np.ptp(outline, axis=0))
         fraction = 0.0 if place else min(1.0, float((right - left) * (bottom - top) / max(whole, 1e-9)))
-        edges = box.onto_canvas(np.array([seen], dtype=float))[0]
+        edges = box.onto_canvas(np.array([[left, top, right, bottom]], dtype=float))[0]
         yield (*edges, -target.obj_id, fraction, bottom - top, target.gt_index)
 
 
@@ -93,11 +95,3 @@ def _inside(outline: Float[np.ndarray, "4 2"], shape: tuple[int, ...]) -> Bool[n
     # Far beyond the image its sides stay where they are; OpenCV takes no larger numbers.
     cv2.fillConvexPoly(canvas, np.rint(np.clip(outline, -16_000, 16_000)).astype(np.int32), 1)
     return canvas.astype(bool)
-
-
-def _box_of(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int, int, int] | None:
-    """Return left, top, right and bottom edges of what is set (px); None of nothing."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if not rows.size:
-        return None
-    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1

@@ -1,19 +1,19 @@
 """The images of a split on their canvas, with the boxes of their targets: read once, kept in a cache, mapped."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, UInt8, UInt16
+from jaxtyping import Float, Float32, UInt16
 
-from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecord
+from warehouse_sim.dataset.records import ImagePixels
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX
-from warehouse_sim.estimators.images.faces import face_labels
+from warehouse_sim.estimators.images.faces import MaskReader, face_labels
 from warehouse_sim.estimators.images.letterbox import Letterbox
 from warehouse_sim.estimators.images.settings import DepthSource, ImageConfig
 from warehouse_sim.estimators.lidar.projection import read_sweep, sparse_depth, sweep_points
@@ -29,25 +29,12 @@ LABEL = ("left", "top", "right", "bottom", "obj_id", "visible_fraction", "height
 """Columns of a label: edges on the canvas (px), object, what is seen of it, height in the image itself (px)."""
 
 
-class ImageReader(Protocol):
+class ImageReader(ImagePixels, MaskReader, Protocol):
     """What gives the pixels of an image: a dataset's reader, or an observation that no file holds."""
 
     @property
     def has_depth(self) -> bool:
         """Whether there are depth images."""
-
-    @property
-    def objects(self) -> Mapping[int, ObjectInfo]:
-        """Objects by obj_id."""
-
-    def rgb(self, image: ImageRecord) -> UInt8[np.ndarray, "h w 3"]:
-        """Return the colour image."""
-
-    def depth(self, image: ImageRecord) -> Float32[np.ndarray, "h w"]:
-        """Return the depth image (m)."""
-
-    def mask_visible(self, image: ImageRecord, gt_index: int) -> Bool[np.ndarray, "h w"]:
-        """Return the mask of a target's visible pixels."""
 
 
 def image_rows(reader: DatasetReader | ImageReader, image: ImageRecord, config: ImageConfig) -> Arrays:

@@ -1,7 +1,7 @@
 """Clusters of a cloud, by a DBSCAN whose reach grows with the range, and which of them is the object."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -10,7 +10,6 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from warehouse_sim.geometry.clouds import thin_by_voxels
-from warehouse_sim.optional import require
 from warehouse_sim.ranges import Range, ranged
 
 _SPACINGS = 8.0
@@ -33,8 +32,6 @@ class ClusterConfig:
     """The same in clouds of fewer than ``_FEW`` points, 1-10,000."""
     voxels: Annotated[float, Range(0, 10)] = 0.5
     """Points in a cube with this edge (in eps) are taken together, each counted, 0-10; 0 takes every one alone."""
-    library: Literal["scipy", "scikit-learn"] = "scipy"
-    """Whose DBSCAN: scipy's trees and graphs, several times faster, or scikit-learn (extra lidar). Both are exact."""
 
     def __post_init__(self) -> None:
         if self.min_eps > self.max_eps:
@@ -88,9 +85,6 @@ def cluster(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterCon
         points: Camera frame (m).
         spacing: Angle between neighbouring readings (rad).
         config: Settings.
-
-    Raises:
-        MissingPackageError: scikit-learn is requested but not installed.
     """
     if not len(points):
         return Clusters(np.zeros(0, np.int64), np.zeros(0, bool))
@@ -98,7 +92,7 @@ def cluster(points: Float[np.ndarray, "n 3"], spacing: float, config: ClusterCon
     centres, group = (scaled, np.arange(len(scaled))) if config.voxels == 0 else thin_by_voxels(scaled, config.voxels)
     weight = np.bincount(group, minlength=len(centres))
     least = config.min_points_few if len(points) < _FEW else config.min_points
-    found = (dbscan if config.library == "scipy" else _sklearn_dbscan)(centres, weight, least)
+    found = dbscan(centres, weight, least)
     return Clusters(found.label[group], found.is_core[group])
 
 
@@ -131,14 +125,6 @@ def dbscan(points: Float[np.ndarray, "n 3"], weight: Int[np.ndarray, " n"], leas
     reached = np.isfinite(distance)
     label[rest[reached]] = label[cores[nearest[reached]]]
     return Clusters(label, is_core)
-
-
-def _sklearn_dbscan(points: Float[np.ndarray, "n 3"], weight: Int[np.ndarray, " n"], least: int) -> Clusters:
-    theirs = require("sklearn.cluster", "lidar", "to find clusters with library scikit-learn")
-    core, label = theirs.dbscan(points, eps=1.0, min_samples=least, sample_weight=weight, algorithm="kd_tree")
-    is_core = np.zeros(len(points), bool)
-    is_core[core] = True
-    return Clusters(label.astype(np.int64), is_core)
 
 
 _DENSE = 0.5

@@ -6,10 +6,9 @@ The chain of Coimbra (2023); where images bring boxes or masks these are taken, 
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from warehouse_sim.errors import InputError
@@ -24,38 +23,25 @@ from warehouse_sim.estimators.segmenters.cluster import BoxClusters, detection_p
 from warehouse_sim.estimators.settings import DepthSource, PredictConfig
 from warehouse_sim.resources import model_names
 
-Resampling = Literal["kmeans", "farthest", "random"]
 _MOST_A_CENTRE = 8
 """Of larger clouds so many points for each centre decide where the centres lie."""
-_MOST_A_POINT = 32
-"""Of larger clouds so many points for each that is wanted may be taken."""
 
 
-def resample(
-    points: Float[np.ndarray, "n 3"], count: int, method: Resampling, rng: np.random.Generator
-) -> Float[np.ndarray, "count 3"]:
-    """Return exactly ``count`` points of a cloud, in random order.
+def resample(points: Float[np.ndarray, "n 3"], count: int, rng: np.random.Generator) -> Float[np.ndarray, "count 3"]:
+    """Return exactly ``count`` points for a cloud, in random order: of more points the centres of clusters.
 
     Args:
-        points: At least one (m).
+        points: At least one (m); of fewer than ``count``, all are kept and some repeated.
         count: How many are wanted.
-        method: What is done with more points than that; with fewer, all are kept and some repeated.
         rng: Source of randomness.
     """
-    if not len(points):
+    present = len(points)
+    if not present:
         raise ValueError("a cloud without points cannot be resampled")
-    if len(points) <= count:
-        return points[rng.permutation(fill_up(len(points), count, rng))]
-    if method == "kmeans":
-        return kmeans_centres(points, count, rng)[rng.permutation(count)]
-    if method == "farthest":
-        return points[rng.permutation(farthest_points(points, count, rng))]
-    return points[rng.permutation(len(points))[:count]]
-
-
-def fill_up(present: int, count: int, rng: np.random.Generator) -> Int[np.ndarray, " count"]:
-    """Return numbers below ``present``, each once, and random ones with replacement up to ``count``."""
-    return np.concatenate([np.arange(present), rng.integers(present, size=count - present)])
+    if present <= count:
+        numbers = np.concatenate([np.arange(present), rng.integers(present, size=count - present)])
+        return points[rng.permutation(numbers)]
+    return kmeans_centres(points, count, rng)[rng.permutation(count)]
 
 
 def kmeans_centres(
@@ -63,7 +49,7 @@ def kmeans_centres(
 ) -> Float[np.ndarray, "count 3"]:
     """Return the centres of exactly ``count`` clusters (Lloyd 1982), none of which is empty.
 
-    Centres of curved or bent surfaces lie beside them: ``farthest_points`` returns points that were measured.
+    Centres of curved or bent surfaces lie beside them.
 
     Args:
         points: More than ``count`` (m).
@@ -89,45 +75,16 @@ def kmeans_centres(
     return centres
 
 
-def farthest_points(
-    points: Float[np.ndarray, "n 3"], count: int, rng: np.random.Generator
-) -> Int[np.ndarray, " count"]:
-    """Return the numbers of points each of which is farthest from those before it (Gonzalez 1985), from a random one.
-
-    Args:
-        points: At least ``count`` (m).
-        count: How many are wanted.
-        rng: Decides which is the first, and which points of a large cloud may be taken.
-    """
-    allowed = np.arange(len(points))
-    if len(points) > _MOST_A_POINT * count:
-        allowed = rng.permutation(len(points))[: _MOST_A_POINT * count]
-    cloud = np.ascontiguousarray((points[allowed] - points[allowed[0]]).T, dtype=np.float32)
-    x, y, z = cloud
-    taken, nearest = np.empty(count, np.int64), np.full(len(allowed), np.inf, np.float32)
-    taken[0] = rng.integers(len(allowed))
-    for step in range(1, count):
-        last = taken[step - 1]
-        distance = np.square(x - x[last]) + np.square(y - y[last]) + np.square(z - z[last])
-        np.minimum(nearest, distance, out=nearest)
-        nearest[last] = -1.0
-        taken[step] = nearest.argmax()
-    return np.asarray(allowed[taken])
-
-
 class PointChain(Pipeline):
     """The stages of a network that reads points alone, on objects' points that become as many as it takes.
 
     Args:
         network: The network's own chain.
         detect: What finds detections first.
-        resampling: How an object's points become a fixed number.
     """
 
-    def __init__(
-        self, network: Estimator, detect: Sequence[FindDetections] = (), resampling: Resampling = "kmeans"
-    ) -> None:
-        self._network, self._resampling = network, resampling
+    def __init__(self, network: Estimator, detect: Sequence[FindDetections] = ()) -> None:
+        self._network = network
         super().__init__(replace(network.stages, detect=tuple(detect), select=self._select), network.objects)
 
     @property
@@ -148,7 +105,7 @@ class PointChain(Pipeline):
             return crop
         points, place = self.points_of(image, crop)
         rng = np.random.default_rng([self._network.config.seed, image.scene_id, image.image_id, *place])
-        chosen = resample(points, self._network.point_count, self._resampling, rng)
+        chosen = resample(points, self._network.point_count, rng)
         nothing = np.zeros(len(chosen))
         return replace(
             crop, points=chosen.astype(np.float32), border_px=nothing.astype(np.uint8), pixel=nothing.astype(np.int32)
@@ -161,10 +118,8 @@ class LidarChain(PointChain):
     depth_source: DepthSource = "lidar"
     reads_rgb = False
 
-    def __init__(
-        self, network: Estimator, detect: Sequence[FindDetections] = (), resampling: Resampling = "kmeans"
-    ) -> None:
-        super().__init__(network, (*detect, BoxClusters()), resampling)
+    def __init__(self, network: Estimator, detect: Sequence[FindDetections] = ()) -> None:
+        super().__init__(network, (*detect, BoxClusters()))
 
     def points_of(self, image: RgbdImage, crop: Crop) -> tuple[Float[np.ndarray, "n 3"], list[int]]:
         """Return the points of its detection."""

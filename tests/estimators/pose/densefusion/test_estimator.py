@@ -162,6 +162,25 @@ def test_every_kind_of_network_corrects_as_often_as_requested(tmp_path: Path, na
     assert_same_poses(poses(None), never)
 
 
+@pytest.mark.parametrize("left_out", [True, False])
+def test_corrections_of_an_untrained_refiner_are_rejected(tmp_path: Path, left_out: bool) -> None:
+    run = made_run(tmp_path / "run")
+    config = PoseRun.read(run)
+    never = load_estimator(run, replace(PLAIN, refiner_iterations=0)).estimate(seen())
+    config = replace(config, train=replace(config.train, refiner_iterations=0))
+    if left_out:
+        weights = config.load_network(run)
+        config = replace(config, network=replace(config.network, refiner=None))
+        network = config.make_network()
+        network.load_state_dict({name: weights.state_dict()[name] for name in network.state_dict()})
+        write_weights(run, network)
+    config.write(run)
+    with pytest.raises(InputError, match=r"no trained refiner.*--phase refiner --init .*run$"):
+        load_estimator(run, replace(PLAIN, refiner_iterations=2))
+    for count in (None, 0):
+        assert_same_poses(load_estimator(run, replace(PLAIN, refiner_iterations=count)).estimate(seen()), never)
+
+
 def test_errors_are_predicted_for_the_corrections_that_they_were_fitted_with(tmp_path: Path) -> None:
     run = made_run(tmp_path / "run")
     curve = ErrorCurve("argmax", "none", (0.0, 1.0), (0.2, 0.0), 2.5, 100, 0.5, 0.9)

@@ -1,20 +1,20 @@
 """The detector's network: a backbone and a pyramid of YOLOv5's blocks, and a head at each level."""
 
 import math
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.boxes import BoxNetwork, BoxRun
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig, DetectorSize
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
+from warehouse_sim.learning.run_folder import RunConfig
 from warehouse_sim.ranges import Range, ranged
 
 WIDTHS: dict[DetectorSize, float] = {"pico": 0.125, "nano": 0.25, "small": 0.5}
@@ -90,7 +90,8 @@ class Pyramid(nn.Module):
 
     def __init__(self, channels: int, width: float, depth: float) -> None:
         super().__init__()
-        a, b, c, d, e = (_eights(full * width) for full in (64, 128, 256, 512, 1024))
+        # Multiples of 8.
+        a, b, c, d, e = (max(8, round(full * width / 8) * 8) for full in (64, 128, 256, 512, 1024))
         few, more, most = (max(1, round(count * depth)) for count in (3, 6, 9))
         self.start = nn.Sequential(Conv(channels, a, 6, 2, 2), Conv(a, b, 3, 2), CrossStage(b, b, few))
         self.down_3 = nn.Sequential(Conv(b, c, 3, 2), CrossStage(c, c, more))
@@ -116,11 +117,6 @@ class Pyramid(nn.Module):
 
 def _doubled(x: Float[Tensor, "b c h w"]) -> Tensor:
     return functional.interpolate(x, scale_factor=2.0, mode="nearest")
-
-
-def _eights(width: float) -> int:
-    """Return a width as a multiple of 8, at least 8."""
-    return max(8, round(width / 8) * 8)
 
 
 Anchors = Annotated[tuple[tuple[float, float], ...], Range(0.1, 100_000, "px")]
@@ -159,7 +155,7 @@ class Raw:
     """Box (4), objectness (1), classes: logits."""
 
 
-class CellNetwork(BoxNetwork):
+class CellNetwork(nn.Module, ABC):
     """Detects in batches of arrays of one size, whatever their channels are.
 
     Args:
@@ -170,7 +166,7 @@ class CellNetwork(BoxNetwork):
     anchors: Float[Tensor, "l a 2"]
 
     def __init__(self, config: DetectorNetworkConfig, channels: int) -> None:
-        super().__init__(config.classes)
+        super().__init__()
         self.config = config
         self.pyramid = Pyramid(channels, config.width, config.depth)
         anchors = torch.tensor(config.anchors, dtype=torch.float32).reshape(len(STRIDES), -1, 2)
@@ -256,13 +252,29 @@ class DetectorNetwork(CellNetwork):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DetectorRun(BoxRun):
-    """Everything that defines a trained detector of this package but its weights."""
+class BoxRun(RunConfig):
+    """Everything that defines a trained network that gives boxes but its weights."""
 
-    images: ImageConfig
+    classes: tuple[str, ...]
+    """The classes that it distinguishes, in the order of the network's classes."""
+    images: Any
     """What it reads."""
     network: DetectorNetworkConfig
     """Sizes of the network."""
+    train: BoxTrainingConfig
+    """How it was trained."""
+
+    @abstractmethod
+    def make_network(self) -> CellNetwork:
+        """Return the network with fresh weights."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectorRun(BoxRun):
+    """What defines a detector of images."""
+
+    images: ImageConfig
+    """What it reads."""
     train: DetectorConfig
     """How it was trained."""
     kind: str = "detector"

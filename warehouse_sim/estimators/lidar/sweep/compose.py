@@ -4,12 +4,13 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 
 from warehouse_sim.estimators.images.compose import Sample
 from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid
 from warehouse_sim.estimators.lidar.sweep.rows import UNKNOWN_MM
 from warehouse_sim.estimators.lidar.sweep.settings import SweepAugmentConfig
+from warehouse_sim.geometry.boxes import box_areas
 from warehouse_sim.learning.samples.array_store import Arrays
 
 MARGIN = 96
@@ -147,14 +148,9 @@ def _cut(labels: Float32[np.ndarray, "k 8"], left: float, right: float, rows: in
     """Return the labels with boxes cut at the borders, and their points and shares less by what is gone."""
     boxes = labels[:, :4].astype(float)
     cut = np.clip(boxes, [left, 0.0] * 2, [right, rows] * 2)
-    fraction = _area(cut) / np.maximum(_area(boxes), 1e-9)
+    fraction = box_areas(cut) / np.maximum(box_areas(boxes), 1e-9)
     labels[:, :4] = cut
     labels[:, 5] *= fraction
     labels[:, 6] *= fraction
-    kept: Float32[np.ndarray, "n 8"] = labels[_area(cut) > 1.0]
+    kept: Float32[np.ndarray, "n 8"] = labels[box_areas(cut) > 1.0]
     return kept
-
-
-def _area(boxes: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
-    area: Float[np.ndarray, " k"] = np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0).prod(axis=1)
-    return area

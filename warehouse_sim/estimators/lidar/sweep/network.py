@@ -7,8 +7,14 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.boxes import BoxRun
-from warehouse_sim.estimators.detectors.yolov5.network import STRIDES, CellNetwork, Conv, DetectorNetworkConfig, Raw
+from warehouse_sim.estimators.detectors.yolov5.network import (
+    STRIDES,
+    BoxRun,
+    CellNetwork,
+    Conv,
+    DetectorNetworkConfig,
+    Raw,
+)
 from warehouse_sim.estimators.images.encoding import CANONICAL_FOCAL_PX, CHANNELS, depth_channels
 from warehouse_sim.estimators.lidar.sweep.range_image import SweepGrid
 from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig, SweepDetectorConfig
@@ -85,8 +91,6 @@ class SweepRun(BoxRun):
 
     images: RangeImageConfig
     """Which directions it sees."""
-    network: DetectorNetworkConfig
-    """Sizes of the network."""
     train: SweepDetectorConfig
     """How it was trained."""
     kind: str = "sweep-detector"

@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from warehouse_sim.estimators.lidar.sweep.settings import RangeImageConfig
-from warehouse_sim.geometry.boxes import box_coverage, box_ious
 
 
 @dataclass(frozen=True)
@@ -182,21 +181,6 @@ def in_box(grid: SweepGrid, points: Float[np.ndarray, "n 3"], box: Box) -> Bool[
     left, top, right, bottom = box
     across = np.abs(grid.apart(u, np.full_like(u, (left + right) / 2.0))) <= (right - left) / 2.0
     return np.asarray(across & (v >= top) & (v <= bottom))
-
-
-def ring_overlaps(
-    a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"], columns: int
-) -> tuple[Float[np.ndarray, "n m"], Float[np.ndarray, "n m"]]:
-    """Return intersection over union of boxes, and the fraction of each of ``a`` in each of ``b``, on whatever turn.
-
-    Args:
-        a: Left, top, right, bottom of edges (px); each may pass the image's end.
-        b: The same.
-        columns: Of a turn.
-    """
-    turns = [b + np.array([turn, 0, turn, 0]) for turn in (-columns, 0, columns)]
-    ious = np.max([box_ious(a, boxes) for boxes in turns], axis=0)
-    return ious, np.max([box_coverage(a, boxes) for boxes in turns], axis=0)
 
 
 def on_turn(box: Box, columns: int) -> Box:

@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig
-from warehouse_sim.estimators.detectors.yolov5.settings import DetectorSize
 from warehouse_sim.learning.trainable import TrainableNetwork
 from warehouse_sim.ranges import Fraction, Range, ranged
 
@@ -79,8 +78,6 @@ class WantedInSweepConfig:
 class SweepDetectorConfig(BoxTrainingConfig):
     """How a detector of objects in sweeps is trained."""
 
-    size: DetectorSize = "nano"
-    """Widths of the network, those of the detectors of images."""
     sweep: RangeImageConfig = field(default_factory=RangeImageConfig)
     """Which directions are seen, and how finely."""
     wanted: WantedInSweepConfig = field(default_factory=WantedInSweepConfig)

@@ -12,12 +12,11 @@ from torch import Tensor
 from torch.nn import functional
 
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.estimators.detectors.boxes import BoxRun
 from warehouse_sim.estimators.detectors.preparation import Prepared, known_classes, require_wanted
-from warehouse_sim.estimators.detectors.task import BoxTask, Inputs
+from warehouse_sim.estimators.detectors.task import BoxJob, BoxTask, Inputs
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
-from warehouse_sim.estimators.detectors.yolov5.train import CellJob
+from warehouse_sim.estimators.detectors.yolov5.network import BoxRun
 from warehouse_sim.estimators.images.compose import Sample
 from warehouse_sim.estimators.lidar.sweep.compose import composed_sweep, plain_sweep
 from warehouse_sim.estimators.lidar.sweep.network import DEPTH_CHANNELS, SweepNetwork, SweepRun
@@ -80,7 +79,7 @@ def pixel_loss(logits: Float[Tensor, "b h w"], shows: Float[Tensor, "b h w"]) ->
 
 
 @dataclass(frozen=True)
-class SweepJob(CellJob):
+class SweepJob(BoxJob):
     """A training of a detector of sweeps."""
 
     config: SweepDetectorConfig

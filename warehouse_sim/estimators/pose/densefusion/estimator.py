@@ -17,7 +17,7 @@ from torch import Tensor
 
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.api import LeastVisible
-from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.matching import may_be
 from warehouse_sim.estimators.pipeline import ObjectPoints, Pipeline, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
@@ -170,6 +170,7 @@ class Estimator(Pipeline):
 
     Raises:
         TrainingError: The folder holds no complete run, or no CAD surfaces although ICP is requested.
+        InputError: Corrections are requested of a refiner that was not trained.
     """
 
     def __init__(self, run: Path, config: PredictConfig = PredictConfig()) -> None:  # noqa: B008  frozen
@@ -177,7 +178,14 @@ class Estimator(Pipeline):
         fitted, requested = read_calibration(run), config.refiner_iterations
         iterations = fitted.refiner_iterations if requested is None else requested
         self._runner = Runner(run, config.device, config.threads, iterations)
-        self.config = config = config.with_stages(self._has_surfaces())
+        if requested and not self._runner.config.refines:
+            raise InputError(
+                f"{run.name} has no trained refiner, and --refiner-iterations {requested} would change nothing: leave "
+                f"it out, or train one with warehouse-sim train {self._runner.config.estimator} --phase refiner "
+                f"--init {run}"
+            )
+        has_surfaces = (run / MESHES).is_file() and not without_mesh(run, self.objects)
+        self.config = config = config.with_stages(has_surfaces)
         self._row = {shape.obj_id: i for i, shape in enumerate(self.objects)}
         groups = [SymmetryGroup(np.reshape(shape.symmetries, (-1, 4, 4))) for shape in self.objects]
         self._symmetries, self._diameters = Symmetries.of(groups), np.array([item.diameter for item in self.objects])
@@ -231,11 +239,8 @@ class Estimator(Pipeline):
         Raises:
             InputError: A detection is of an object that the estimator does not know, or colour is missing.
         """
-        if image.rgb is None and self.reads_rgb:
-            raise InputError(
-                f"{self._runner.config.estimator} reads colour, but the image has no rgb; "
-                "datasets have it with rgb among --outputs"
-            )
+        if self.reads_rgb:
+            require_rgb(image, self._runner.config.estimator)
         found = list[Crop]()
         for position, item in enumerate(image.detections):
             numbers = [shape.obj_id for shape in may_be(item, self.objects)]
@@ -243,9 +248,6 @@ class Estimator(Pipeline):
             if crop is not None:
                 found += [replace(crop, obj_id=number) for number in numbers]
         return found
-
-    def _has_surfaces(self) -> bool:
-        return (self._run / MESHES).is_file() and not without_mesh(self._run, self.objects)
 
     def _refiner(self, run: Path) -> IcpRefiner | VerificationRefiner:
         if lacking := without_mesh(run, self.objects):

@@ -9,9 +9,8 @@ import torch
 from jaxtyping import Bool, Float, Float32
 from torch import Tensor
 
-from warehouse_sim.errors import InputError
 from warehouse_sim.estimators.api import Segmenter
-from warehouse_sim.estimators.image import Detection, RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.segmenters.segnet.keypoints import Peaks, find_peaks
 from warehouse_sim.estimators.segmenters.segnet.network import Said, SegmenterRun
 from warehouse_sim.estimators.segmenters.segnet.window import Edges, Window
@@ -108,11 +107,8 @@ class TrainedSegmenter(Segmenter):
         Raises:
             InputError: The image lacks colour, which the segmenter reads.
         """
-        if image.rgb is None and self.reads_rgb:
-            raise InputError(
-                f"{self.run_config.estimator} reads colour, but the image has no rgb; "
-                "datasets have it with rgb among --outputs"
-            )
+        if self.reads_rgb:
+            require_rgb(image, self.run_config.estimator)
         crop = self.run_config.crop
         windows = tuple(Window.about(box, crop.margin, crop.crop_wh) for box in boxes)
         chances, peaks, kinds = list[Tensor](), list[Peaks](), list[Tensor]()

@@ -27,11 +27,7 @@ from warehouse_sim.estimators.pose.densefusion.crops.cut import image_crops
 from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseRun
 from warehouse_sim.estimators.pose.densefusion.objects import measure_shape
 from warehouse_sim.estimators.pose.densefusion.settings import Balance, CropConfig, TrainConfig
-from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
-    StreamedCrops,
-    StreamOrder,
-    sampling_weights,
-)
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops, sampling_weights
 from warehouse_sim.estimators.train import train
 from warehouse_sim.learning.settings import StreamConfig
 from warehouse_sim.schema import Observation
@@ -113,18 +109,19 @@ def test_a_run_that_was_interrupted_ends_with_the_same_weights(
 @pytest.mark.parametrize("balance", ["crops", "objects", "classes"])
 def test_every_crop_of_a_window_is_seen_once_in_a_round(toy_root: Path, balance: Balance) -> None:
     shape = measure_shape(DatasetReader(toy_root).objects[PALLET.obj_id], np.random.default_rng(0))
-    config = replace(STREAM, window=16, fresh=0.1)  # 24 crops and strides of 20 steps
-    crops = StreamedCrops(lambda _, start: toy_stream(config, start), config, CropConfig(), [shape])
-    order = StreamOrder(crops, 4, seed=5, classes=("pallet",), balance=balance)
+    stream = replace(STREAM, window=16, fresh=0.1)  # 24 crops and strides of 20 steps
+    config = replace(CONFIG, seed=5, balance=balance, stream=stream)
+    crops = StreamedCrops(toy_stream, config, CropConfig(), [shape], ("pallet",))
     seen, rounds = Counter[int](), []
     for step in range(40):
-        if crops.arrived(step) == step:
+        if step % 20 == 0:
             seen = Counter()
             rounds.append(seen)
-            numbers = set(crops.window(step)[0].tolist())
-        sampled = order.indices(step).tolist()
-        seen.update(sampled)
-        assert set(sampled) <= numbers
+            numbers = range(len(crops.window(step)))
+        index = crops.indices(step)
+        assert torch.equal(crops.rows(index).points, crops.window(step).rows(index % 2**31).points)
+        seen.update((index % 2**31).tolist())
+        assert set(seen) <= set(numbers)
         most, least = max(seen.values()), min(seen[number] for number in numbers)
         assert most - least <= 1  # with replacement the fourth round would miss some and show others thrice
     assert [min(times.values()) for times in rounds] == [3, 3]

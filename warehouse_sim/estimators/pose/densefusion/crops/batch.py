@@ -170,7 +170,8 @@ def _choose_points(
     start, dropped = noise.choice.split(1, dim=1)
     if augment is None:
         return ((start * present).long() + steps % present) % present
-    remaining = hide_points(rows.points, rows.border_px, _present(rows), noise.hide, augment)
+    is_there = torch.arange(rows.points.shape[1], device=rows.points.device) < present
+    remaining = hide_points(rows.points, rows.border_px, is_there, noise.hide, augment)
     present = remaining.sum(dim=1, keepdim=True)
     # Dropout at random only matters to a sample that is left with fewer points than it needs.
     kept = (present * (1.0 - dropped * augment.drop_fraction)).long()
@@ -178,11 +179,6 @@ def _choose_points(
     wanted = ((start * present).long() + steps % kept) % present
     places, first = remaining.nonzero()[:, 1], present.cumsum(dim=0) - present
     return places[first + wanted]
-
-
-def _present(rows: CropTable) -> Bool[Tensor, "b p"]:
-    places = torch.arange(rows.points.shape[1], device=rows.points.device)
-    return places < rows.point_count[:, None]
 
 
 def _normalised_depth(

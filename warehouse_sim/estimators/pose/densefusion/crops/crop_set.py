@@ -167,7 +167,9 @@ def stack_arrays(crops: Sequence[Crop], config: CropConfig) -> dict[str, np.ndar
         base = np.array([np.median(crop.points[:, 2]) for crop in crops], dtype=np.float32)
         arrays["depth_base"] = base
         arrays["depth"] = np.stack([
-            _packed(crop.depth, z) for crop, z in zip(crops, base, strict=True) if crop.depth is not None
+            np.where(crop.depth > 0, crop.depth - z, np.nan).astype(np.float16)
+            for crop, z in zip(crops, base, strict=True)
+            if crop.depth is not None
         ])  # fmt: skip
         arrays["ray_map"] = np.stack([crop.ray_map for crop in crops if crop.ray_map is not None]).astype(np.float32)
     return arrays
@@ -195,10 +197,6 @@ def table_of(arrays: dict[str, np.ndarray], shapes: Sequence[ObjectShape]) -> Cr
     diameters = torch.tensor([shape.diameter for shape in shapes], dtype=torch.float32)
     columns = {name: shared_tensor(array) for name, array in arrays.items() if name != "obj_id"}
     return CropTable(**columns, class_index=classes, diameter=diameters[classes])
-
-
-def _packed(depth: np.ndarray, base: np.float32) -> np.ndarray:
-    return np.where(depth > 0, depth - base, np.nan).astype(np.float16)
 
 
 def join_tables(parts: Sequence[CropTable]) -> CropTable:

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
 from warehouse_sim.dataset.records import ImagePixels, ImageRecord, TargetRecord
-from warehouse_sim.estimators.gravity import Direction, down_of_camera
+from warehouse_sim.estimators.gravity import Direction, down_if_placed
 from warehouse_sim.estimators.pose.densefusion.crops.surround import Surroundings, Window, surroundings
 from warehouse_sim.estimators.pose.densefusion.settings import CropConfig
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
+from warehouse_sim.geometry.boxes import mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
 
 
@@ -71,11 +72,6 @@ def back_project(
     return np.concatenate([camera.tangents_at(u, v) * z, z], axis=-1).astype(np.float32)
 
 
-def wanted_targets(image: ImageRecord, config: CropConfig) -> list[TargetRecord]:
-    """Return the targets of ``image`` with a pose that are visible enough to be estimated."""
-    return [target for target in image.targets if target.has_pose and config.min_visible.takes(target)]
-
-
 def image_crops(reader: ImagePixels, image: ImageRecord, config: CropConfig, seed: int) -> Iterator[Crop]:
     """Yield a crop of each wanted target of ``image``, decoding the image once.
 
@@ -85,7 +81,7 @@ def image_crops(reader: ImagePixels, image: ImageRecord, config: CropConfig, see
         config: How to cut.
         seed: Decides which pixels of large targets are kept, the same for each target whatever the order.
     """
-    targets = wanted_targets(image, config)
+    targets = [target for target in image.targets if target.has_pose and config.min_visible.takes(target)]
     if not targets:
         return
     depth = reader.depth(image)
@@ -102,9 +98,7 @@ def image_crops(reader: ImagePixels, image: ImageRecord, config: CropConfig, see
 def label_of(image: ImageRecord, target: TargetRecord) -> CropLabel:
     """Return what the labels of a dataset say of one target."""
     T_camera_object = np.asarray(target.T_camera_object, dtype=np.float64)
-    # A dataset that says nothing of a world gives the camera's own.
-    known = not np.array_equal(image.T_world_camera, np.eye(4))
-    down = down_of_camera(image.T_world_camera) if known else None
+    down = down_if_placed(image.T_world_camera)
     return CropLabel(image.scene_id, image.image_id, target.gt_index, target.obj_id, T_camera_object, down)
 
 
@@ -131,10 +125,9 @@ def cut_mask(
         owners: Position of the label that each pixel truly shows plus 1, 0 for none, for crops with surroundings;
             None if unknown.
     """
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if rows.size == 0:
+    box = mask_box_xyxy(mask)
+    if box is None:
         return None
-    box = int(columns[0]), int(rows[0]), int(columns[-1]), int(rows[-1])
     around: Surroundings | None = None
     if config.has_surroundings:
         kept = surroundings(mask, depth, owners, label.position + 1, box, config, rng)

@@ -42,8 +42,8 @@ class DenseFusionConfig:
     """The point branch."""
     heads: HeadConfig
     """The per-point heads."""
-    refiner: RefinerConfig
-    """The refiner."""
+    refiner: RefinerConfig | None = None
+    """The refiner; none where training has no corrections."""
     images: tuple[ImageConfig, ...] = ()
     """The image branches; none for networks that read the cloud alone."""
     fusion: AttentionConfig | None = None
@@ -108,7 +108,7 @@ class DenseFusion(nn.Module):
         kinds: dict[str, type[PoseHeads | CoordinateHeads]] = {"poses": PoseHeads, "coordinates": CoordinateHeads}
         build_heads = kinds[config.heads.predicts]
         self.heads = build_heads(config.heads, self.points.local_channels, self.points.global_channels, classes)
-        self.refiner = Refiner(config.refiner, channels, classes)
+        self.refiner = Refiner(config.refiner, channels, classes) if config.refiner else None
 
     def embed(self, inputs: NetworkInput) -> Float[Tensor, "b n e"] | None:
         """Return what the images say at each point; None for networks that read the cloud alone."""
@@ -129,18 +129,16 @@ class DenseFusion(nn.Module):
         # Points are in random order: the first few are a fair sample.
         wanted = self.config.heads.training_points if self.training else None
         first, second = self.points.layers(self._remarked(inputs), embedding)
-        inlier_logit = None if self.inliers is None else self._inlier_logit(second, inputs)
+        inlier_logit: Tensor | None = None
+        if self.inliers is not None:
+            assert inputs.inside is not None
+            inlier_logit = self.inliers(torch.cat(second, dim=-1), inputs.inside, inputs.class_index)
         trust = None if inlier_logit is None else torch.sigmoid(inlier_logit)
         whole = self.points.pool(second, trust)
         local = local_features(first, second, wanted)
         believed = None if trust is None else trust[:, :wanted]
         found = self.heads(local, whole, inputs.points[:, :wanted], inputs.class_index, believed)
         return found if inlier_logit is None else _weighted(found, inlier_logit)
-
-    def _inlier_logit(self, second: list[Tensor], inputs: NetworkInput) -> Float[Tensor, "b n"]:
-        assert self.inliers is not None
-        assert inputs.inside is not None
-        return self.inliers(torch.cat(second, dim=-1), inputs.inside, inputs.class_index)
 
     def _remarked(self, inputs: NetworkInput) -> Float[Tensor, "b n c"]:
         """Return the points with what else is known of them."""
@@ -177,7 +175,9 @@ class DenseFusion(nn.Module):
         embedding: Float[Tensor, "b n e"] | None,
         proposal: Proposal | None = None,
     ) -> tuple[Float[Tensor, "b 3 3"], Float[Tensor, "b 3"]]:
-        """Return the pose corrected once; the given pose, the images and the proposal receive no gradient.
+        """Return the pose corrected once, as it is without a refiner.
+
+        The given pose, the images and the proposal receive no gradient.
 
         Args:
             rotation: Of the pose.
@@ -186,6 +186,8 @@ class DenseFusion(nn.Module):
             embedding: What ``embed`` returned for it.
             proposal: What ``propose`` returned for it; needed where the network tells the object's points from others.
         """
+        if self.refiner is None:
+            return rotation, translation
         trust: Tensor | None = None
         if self.inliers is not None:
             assert proposal is not None
@@ -228,6 +230,11 @@ class PoseRun(RunConfig):
     train: TrainConfig
     """How it was trained."""
     kind: str = "densefusion"
+
+    @property
+    def refines(self) -> bool:
+        """Whether its refiner was trained."""
+        return self.network.refiner is not None and self.train.refiner_iterations > 0
 
     def make_network(self) -> DenseFusion:
         """Return the network with fresh weights."""

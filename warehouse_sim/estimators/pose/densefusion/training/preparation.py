@@ -50,7 +50,7 @@ class Prepared:
     @property
     def first_crops(self) -> CropSet:
         """What training sees before its first step."""
-        return self.crops["train"] if self.streamed is None else self.streamed.window(0)[1]
+        return self.crops["train"] if self.streamed is None else self.streamed.window(0)
 
 
 def prepare(
@@ -100,10 +100,11 @@ def prepare(
     surface = _SURFACE_POINTS if config.loss.reads_surface else 0
     sees_print = network.reads_rgb and config.loss.symmetry != "shape"
     shapes = tuple(measure_shape(objects[obj_id], rng, sees_print, surface) for obj_id in known)
+    classes = tuple(objects[obj_id].class_name for obj_id in known)
     return Prepared(
-        streamed=StreamedCrops(open_stream, config.stream, crop, shapes) if streams else None,
+        streamed=StreamedCrops(open_stream, config, crop, shapes, classes) if streams else None,
         crops={split: _crop_set(parts, shapes) for split, parts in found.items()},
-        classes=tuple(objects[obj_id].class_name for obj_id in known),
+        classes=classes,
         config=PoseRun(
             estimator=method.name,
             version=package_version(),
@@ -125,7 +126,8 @@ def network_of(method: Method, config: TrainConfig) -> DenseFusionConfig:
     if config.paper and (config.surroundings or config.upright):
         raise TrainingError("the original has neither surroundings nor gravity; leave out --paper or those")
     network = method.network(config.size, config.paper)
-    return replace(network, inliers=config.surroundings, upright=config.upright)
+    refiner = network.refiner if config.refiner_iterations else None
+    return replace(network, refiner=refiner, inliers=config.surroundings, upright=config.upright)
 
 
 def crop_of(network: DenseFusionConfig) -> CropConfig:
@@ -259,7 +261,11 @@ def start_from(
     """
     folder = model_dir(name_or_run)
     old = PoseRun.read(folder)
-    if old.network != network.config:
+    # A refiner that only one of them has begins afresh, or is left out.
+    both_refine = old.network.refiner and network.config.refiner
+    if replace(old.network, refiner=both_refine and old.network.refiner) != replace(
+        network.config, refiner=both_refine and network.config.refiner
+    ):
         raise TrainingError(_misfit(name_or_run, old, network.config))
     source = old.load_network(folder).state_dict()
     known = {shape.name: number for number, shape in enumerate(old.objects)}
@@ -272,6 +278,8 @@ def start_from(
     per_object = per_object_tensors(network.config)
     with torch.no_grad():
         for name, target in network.state_dict().items():
+            if name not in source:
+                continue
             if name not in per_object:
                 target.copy_(source[name])
                 continue

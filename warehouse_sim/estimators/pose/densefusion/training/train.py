@@ -25,11 +25,7 @@ from warehouse_sim.estimators.pose.densefusion.training.preparation import (
     start_at_mean_rotation,
     start_from,
 )
-from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import (
-    StreamedCrops,
-    StreamOrder,
-    sampling_weights,
-)
+from warehouse_sim.estimators.pose.densefusion.training.streamed_crops import StreamedCrops, sampling_weights
 from warehouse_sim.learning.clock import learning_rate_factor
 from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.loop import Order, Task
@@ -238,8 +234,7 @@ def task_and_order(prepared: Prepared, network: DenseFusion) -> tuple[PoseTask, 
     crops: dict[str, CropSet | StreamedCrops] = {**prepared.crops}
     order: Order
     if streamed:
-        crops["train"] = streamed
-        order = StreamOrder(streamed, config.batch, config.seed, prepared.classes, config.balance)
+        crops["train"] = order = streamed
     else:
         train = prepared.crops["train"]
         weights = sampling_weights(train.class_index, prepared.classes, config.balance)
