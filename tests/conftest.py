@@ -7,7 +7,7 @@ import pytest
 from hypothesis import settings
 
 from tests.shared import Shared
-from warehouse_sim.render import Renderer, open_renderer
+from warehouse_sim.render import BACKENDS, Renderer, open_renderer
 
 settings.register_profile("steady", derandomize=True, database=None, deadline=None, max_examples=50)
 settings.load_profile("steady")  # the same examples every time, on any machine
@@ -57,6 +57,14 @@ def no_wait_for_the_disk() -> Iterator[None]:
     """Let files reach the disk when the system likes: a test sees what is written, whatever a power cut would leave."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda descriptor: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def renderer_stays_open() -> Iterator[None]:
+    """Let the runs of this process open the raster backend once; tests of ``render`` open their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(BACKENDS._targets, "raster", "tests.kept_renderer:open_kept")
         yield
 
 

@@ -14,9 +14,12 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.scene import sample_scene
 
 ROOT = Path(__file__).resolve().parents[1]
+RIG = "sensors=ws.Rig(camera=ws.Camera(width=306, height=92, focal_px=180))"
+"""A quarter of the default camera's pixels each way, and its field of view."""
 SMALL = {
     'load_recipe("demo")': 'load_recipe("smoke")',
-    'ws.generate("demo", "out/dataset", scenes=2)': 'ws.generate("smoke", "out/dataset", scenes=2)',
+    'ws.generate("demo", "out/dataset", scenes=2)': f'ws.generate(ws.recipe("smoke", {RIG}), "out/dataset", scenes=2)',
+    '"smoke", light={"lux"': f'"smoke", {RIG}, light={{"lux"',
     'ws.Camera("d435"), views=2': "ws.Camera(width=212, height=120, focal_px=150), views=1",
     'ws.Camera("d435"), at': "ws.Camera(width=212, height=120, focal_px=150), at",
 }

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import cycle, product
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.dataset.faults.folder import linked_copy
-from tests.dataset.toy import make_dataset, make_manifest
+from tests.dataset.toy import make_dataset, make_manifest, make_scene
 from warehouse_sim.dataset.validate import validate
 
 FILES = (
@@ -46,8 +47,11 @@ NOT_USED = (
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One scene of two observations."""
-    return make_dataset(tmp_path_factory.mktemp("small") / "data", make_manifest(1))
+    """One scene of one observation, as of values of one kind the first is replaced."""
+    scene = make_scene(0)
+    scene, manifest = replace(scene, viewpoints=scene.viewpoints[:1]), make_manifest(1)
+    root = tmp_path_factory.mktemp("small") / "data"
+    return make_dataset(root, replace(manifest, observations_per_scene=1), scene_of=lambda _: scene)
 
 
 def places(data: Any, path: tuple = ()) -> Iterator[tuple]:

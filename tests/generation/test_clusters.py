@@ -29,12 +29,12 @@ def environment(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> dic
     command = folder / "warehouse-sim"
     command.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
     command.chmod(0o755)
-    return {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "RECIPE": str(shared.small)}
+    return {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "RECIPE": str(shared.bare)}
 
 
 @pytest.fixture(scope="module")
 def serial(shared: Shared) -> dict[str, str]:
-    return hashes(shared.dataset(shared.small, scenes=3))
+    return hashes(shared.dataset(shared.bare, scenes=3, formats=("bop",)))
 
 
 def run(command: list[str], environment: dict[str, str]) -> None:

@@ -40,7 +40,7 @@ def test_the_plan_is_near_what_comes_and_leaves_nothing(shared, tmp_path, monkey
 
 @pytest.mark.gl
 def test_the_command_prints_the_plan(shared, tmp_path, capsys) -> None:
-    given = ["generate", str(shared.small), "--plan", "--scenes", "2000000"]
+    given = ["generate", str(shared.bare), "--plan", "--scenes", "2000000"]
     assert main(given) == 2
     capsys.readouterr()
     out = ["--out", str(tmp_path / "data"), "--max-gb", "0.01"]
@@ -50,7 +50,7 @@ def test_the_command_prints_the_plan(shared, tmp_path, capsys) -> None:
         assert words in said
     assert "does not fit" in err
     assert not (tmp_path / "data").exists()
-    assert main(["generate", str(shared.small)]) == 2
+    assert main(["generate", str(shared.bare)]) == 2
     assert "needs --out DIR" in capsys.readouterr().err
 
 

@@ -26,6 +26,7 @@ scene:
   observations_per_scene: 3
 sensors:
   outputs: [default, clean]
+  camera: {width: 612, height: 185, focal_px: 360}
   right: {baseline: 0.3, matching: null}
   lidar: {range_noise: 0.0, laser_bias: 0.0, divergence_mrad: [0, 0]}
 scenes: 1
@@ -71,6 +72,11 @@ def level_axes(T_world_camera: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(down, ahead), down, ahead], axis=1)
 
 
+@pytest.fixture(scope="module")
+def caster(made: tuple[Path, Recipe]) -> RayCaster:
+    return RayCaster(prepare_scene(made[1], 0, 0).scene)
+
+
 @pytest.mark.gl
 def test_the_dataset_holds_its_checks_and_its_manifest_says_so(made) -> None:
     assert [check for check in validate(made[0]) if not check.ok] == []
@@ -80,14 +86,14 @@ def test_the_dataset_holds_its_checks_and_its_manifest_says_so(made) -> None:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("frame", [0, 1, 2])
-def test_depth_is_what_rays_from_the_level_camera_meet(made, frame: int) -> None:
-    root, own = made
+def test_depth_is_what_rays_from_the_level_camera_meet(made, caster: RayCaster, frame: int) -> None:
+    root, _ = made
     K, (_, T) = calib(root, frame)["P2"][:, :3], gt_camera(root, frame)
     steps = cv2.imread(str(kitti(root, "depth_clean_2", frame)), cv2.IMREAD_UNCHANGED)
     rng = np.random.default_rng(frame)
     u, v = rng.integers(0, steps.shape[1], 4000), rng.integers(0, steps.shape[0], 4000)
     rays = np.column_stack([u, v, np.ones(4000)]) @ np.linalg.inv(K).T @ level_axes(T).T
-    hits = RayCaster(prepare_scene(own, 0, 0).scene).cast(np.tile(T[:3, 3], (4000, 1)), rays)
+    hits = caster.cast(np.tile(T[:3, 3], (4000, 1)), rays)
     off = np.abs(steps[v, u] / 256.0 - np.where(np.isfinite(hits.distance), hits.distance, 0.0))
     assert np.mean(off < 0.5 / 256 + 1e-3) > 0.995
 

@@ -64,23 +64,28 @@ def test_there_are_sixty() -> None:
     assert len(COMMANDS) >= 60
 
 
-def test_a_failed_run_does_not_block_the_corrected_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failed_run_does_not_block_the_corrected_one(
+    shared: Shared, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     recipe, out = tmp_path / "mine.yaml", tmp_path / "out"
     generate = ["generate", str(recipe), "--out", str(out), "--scenes", "1", "--workers", "1"]
-    recipe.write_text("extends: smoke\ndescription: x\nscene: {staging: {count: 40}}\n")
+    recipe.write_text(f"extends: {shared.small}\ndescription: x\nscene: {{staging: {{count: 40}}}}\n")
     assert main(generate) == 2
     assert "no room for load" in capsys.readouterr().err
     assert out.is_dir()  # the run began, and left what would block the next
-    recipe.write_text("extends: smoke\ndescription: x\n")
+    recipe.write_text(f"extends: {shared.small}\ndescription: x\n")
     assert main(generate) == 0
     said = capsys.readouterr().out
     assert " lx" in said
     assert "above the floor" in said
 
 
-def test_a_light_preset_replaces_the_light_of_the_recipe_that_is_extended(tmp_path: Path, capsys) -> None:
+def test_a_light_preset_replaces_the_light_of_the_recipe_that_is_extended(
+    shared: Shared, tmp_path: Path, capsys
+) -> None:
     bright, dark = tmp_path / "bright.yaml", tmp_path / "dark.yaml"
-    bright.write_text("extends: smoke\ndescription: x\nscene: {lights: {preset: nominal, lux: {min: 180, max: 320}}}\n")
+    lights = "{lights: {preset: nominal, lux: {min: 180, max: 320}}}"
+    bright.write_text(f"extends: {shared.small}\ndescription: x\nscene: {lights}\n")
     dark.write_text("extends: bright.yaml\ndescription: x\nscene: {lights: {preset: night}}\n")
     assert main(["generate", str(dark), "--out", str(tmp_path / "out"), "--scenes", "1", "--workers", "1"]) == 0
     (lux,) = re.findall(r"^floor: +([\d.]+)(?: to [\d.]+)? lx", capsys.readouterr().out, re.MULTILINE)
@@ -98,8 +103,8 @@ def test_angles_that_look_like_radians_are_warned_of(tmp_path: Path, caplog: pyt
     assert "90 degrees?" in warned[2]
 
 
-def test_a_camera_on_a_mast_stands_at_the_height_that_is_asked(tmp_path: Path) -> None:
-    recipe = ws.recipe("smoke", sensors=ws.Rig(camera="d435", on="forklift", height=1.2))
+def test_a_camera_on_a_mast_stands_at_the_height_that_is_asked(shared: Shared, tmp_path: Path) -> None:
+    recipe = ws.recipe(shared.bare, sensors=ws.Rig(camera="d435", on="forklift", height=1.2))
     data = ws.generate(recipe, tmp_path / "out", scenes=1, formats="bop")
     heights = [obs.T_world_camera[2, 3] for obs in data]
     assert np.allclose(heights, 1.2)

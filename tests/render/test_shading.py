@@ -15,6 +15,7 @@ from warehouse_sim.geometry.pose import level_camera, rotation_z
 from warehouse_sim.render import Renderer, open_renderer, textures
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.display import inverse_tone_map, to_display, tone_map
+from warehouse_sim.render.raster import surfaces
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(320, 240, 240.0)
@@ -188,7 +189,9 @@ def texturing() -> Iterator[Renderer]:
 
 @pytest.fixture
 def own_textures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder of textures, all of which are small on the device, too."""
     monkeypatch.setattr(textures, "texture_folder", lambda name: tmp_path / name)
+    monkeypatch.setattr(surfaces, "TEXTURE_EDGE_PX", 128)
     return tmp_path
 
 

@@ -73,8 +73,9 @@ def test_it_is_listed_while_it_is_installed(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_our_recipes_do_not_change(session: Session, shared: Shared, tmp_path: Path) -> None:
-    session.command("generate", shared.small, "--scenes", 1, "--workers", 1, "--out", "with", folder=tmp_path)
-    assert hashes(tmp_path / "with") == hashes(shared.dataset(shared.small, scenes=1))
+    generate = ("generate", shared.bare, "--scenes", 3, "--formats", "bop", "--workers", 1, "--out", "with")
+    session.command(*generate, folder=tmp_path)
+    assert hashes(tmp_path / "with") == hashes(shared.dataset(shared.bare, scenes=3, formats=("bop",)))
 
 
 def test_a_preview_shows_object_and_sensor(session: Session, made: Path) -> None:

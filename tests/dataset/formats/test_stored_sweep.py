@@ -17,7 +17,7 @@ from warehouse_sim.scene.distribution import Distribution
 
 @pytest.mark.gl
 def test_sweeps_of_a_tilted_rig_are_in_the_frame_of_its_own_camera(tmp_path: Path) -> None:
-    recipe = load_recipe("smoke")
+    recipe = load_recipe("smoke", {"sensors": {"camera": {"width": 306, "height": 92, "focal_px": 180}}})
     roll = Distribution.constant(2.0)
     viewpoints = replace(recipe.scene.viewpoints, kind="forklift_mast", level=False, roll_deg=roll)
     recipe = replace(recipe, scene=replace(recipe.scene, viewpoints=viewpoints))

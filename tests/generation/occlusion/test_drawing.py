@@ -53,8 +53,14 @@ def test_the_same_stream_gives_the_same_occluders() -> None:
             np.testing.assert_array_equal(x.T_world_object, y.T_world_object)
 
 
-@pytest.mark.parametrize("recipe", ["industrial", "mixed_pallets", "block_storage"])
-@pytest.mark.parametrize("height", [1.3, 2.2])
+@pytest.mark.parametrize(
+    ("recipe", "height"),
+    [
+        ("industrial", 1.3), ("mixed_pallets", 2.2), ("block_storage", 2.2),
+        *(pytest.param(*pair, marks=pytest.mark.slow) for pair in
+          (("industrial", 2.2), ("mixed_pallets", 1.3), ("block_storage", 1.3))),
+    ],
+)  # fmt: skip
 def test_an_upper_load_stands_on_a_full_and_level_layer_that_bears_it(recipe: str, height: float) -> None:
     # Loads come out low, so that one that should be high enough alone needs another below it, too.
     loads = replace(load_recipe(recipe).scene.loads, max_cartons=16)
