@@ -1,6 +1,6 @@
 """The raster backend, opened once a process: a run takes over the renderer of the run before, with its textures.
 
-Opening one takes longer than a small scene does. That it makes the same bytes as a new one, `render/test_reuse.py` tests.
+Opening takes longer than a small scene. That it makes the same bytes as a new one, `render/test_reuse.py` holds.
 """
 
 from warehouse_sim.render.raster.backend import RasterOptions, RasterRenderer
