@@ -106,7 +106,7 @@ KINDS = (
     "plastic_runners",
     "plastic_nestable",
 )
-"""The pallets of the catalog, which the segmenter tells apart."""
+"""The pallets of the catalog, which the segmenter distinguishes."""
 _ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),

@@ -85,7 +85,7 @@ class SegmenterNetworkConfig:
     keypoints: Annotated[int, Range(0, 1000)] = 0
     """Number of key points, 0-1,000."""
     kinds: tuple[str, ...] = ()
-    """Names of the objects that are told apart."""
+    """Names of the objects that it distinguishes."""
 
 
 class Said(NamedTuple):
@@ -95,7 +95,7 @@ class Said(NamedTuple):
     places: Float[Tensor, "b p h w"]
     """Of each key point."""
     kinds: Float[Tensor, "b k"]
-    """Of each object that is told apart, all equally frequent."""
+    """Of each object that it distinguishes, all equally frequent."""
 
 
 _CELLS_HW, _HIDDEN, _DROPPED = (4, 8), 128, 0.2

@@ -54,7 +54,7 @@ class SegmenterConfig(StreamedConfig):
     classes: tuple[str, ...] = ()
     """Only objects of these classes, or of these names; all targets by default."""
     kinds: tuple[str, ...] = ()
-    """Names of objects that are told apart in the boxes, those of the catalog that are alike; none by default."""
+    """Names of objects that it distinguishes in boxes, those of the catalog that are alike; none by default."""
     visible: Fraction = 0.1
     """Least visible fraction of an object, 0-1."""
     height_px: Annotated[float, Range(0, 10_000, "px")] = 6.0
