@@ -63,14 +63,9 @@ class Instruments:
         caster = unmoved.caster if unmoved else RayCaster(scene)
         sight = unmoved.sight if unmoved else FilmSight(scene)
         film = base.film if base and not change.objects else FilmCaster(scene)
-        same_light = base and change.nothing and _metered_alike(base.scene, scene)
-        meter = base.meter if base and same_light else LightMeter(scene, caster)
+        same_exposure = base and (base.scene.exposure, base.scene.lighting) == (scene.exposure, scene.lighting)
+        meter = base.meter if base and change.nothing and same_exposure else LightMeter(scene, caster)
         return cls(scene, caster, film, meter, sight)
-
-
-def _metered_alike(a: SceneSpec, b: SceneSpec) -> bool:
-    """Return whether what a light meter tells of two scenes with the same lights is the same."""
-    return (a.exposure, a.lighting) == (b.exposure, b.lighting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +124,8 @@ class Stage:
             self._last = Instruments.of(variant.scene, self._base, change)
             self._base = self._base or self._last
         lit = variant.scene.seen_from(viewpoint)
-        if self._loaded is None or _needs_reload(self._loaded, lit):
+        shown = self._loaded
+        if shown is None or shown.exposure != lit.exposure or not SceneChange.between(shown, lit).nothing:
             self._renderer.load(lit)
             self._loaded = lit
         wanted, camera = self._wanted, self._camera
@@ -138,10 +134,6 @@ class Stage:
         images = CleanImages(self._renderer, camera, "normals" in wanted, drawn)
         moment = Moment(variant, index, viewpoint, lit, camera, self._renderer, images, self._last, wanted, color)
         return moment, change
-
-
-def _needs_reload(before: SceneSpec, after: SceneSpec) -> bool:
-    return before.exposure != after.exposure or not SceneChange.between(before, after).nothing
 
 
 Readings = Mapping[str, MountedReading[Reading]]

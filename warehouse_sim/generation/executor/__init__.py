@@ -126,7 +126,8 @@ class _Worker:
         self.since = 0.0
         """When that was begun, on the monotonic clock; of the first scene, when it must be."""
         self.is_open = False
-        self._process = context.Process(target=_serve, args=(theirs, _in_main_thread()), daemon=True)
+        in_main_thread = threading.current_thread() is threading.main_thread()
+        self._process = context.Process(target=_serve, args=(theirs, in_main_thread), daemon=True)
         with _interrupts_later():
             self._process.start()
         theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
@@ -278,10 +279,6 @@ def _cause(exit_code: int) -> str:
     if exit_code == -signal.SIGKILL:
         return "SIGKILL, which the system sends when memory runs out"
     return signal.Signals(-exit_code).name if exit_code < 0 else f"itself with exit code {exit_code}"
-
-
-def _in_main_thread() -> bool:
-    return threading.current_thread() is threading.main_thread()
 
 
 def _serve(pipe: Connection, of_main_thread: bool) -> None:

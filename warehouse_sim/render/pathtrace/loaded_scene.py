@@ -210,7 +210,9 @@ class LoadedScene:
         film = [group for group in groups if group.material.opacity < 1.0]
         self.solid = _mitsuba_scene(solid)
         self.film = _mitsuba_scene(film) if film else None
-        self.film_surfaces = [_film_surface(group.material) for group in film]
+        self.film_surfaces = [
+            FilmSurface(veil(item.material), gloss(item.material), albedo_factor(item.material)) for item in film
+        ]
         self.take_light(spec)
         glow = [np.array(group.material.base_color) * group.material.emission for group in solid]
         self.emission = mi.Float(np.concatenate([*glow, np.zeros(3)]).astype(np.float32))
@@ -247,7 +249,3 @@ def _mitsuba_scene(groups: Sequence[MaterialTriangles]) -> Any:
     }
     # Unoptimised: merged shapes would lose their numbers.
     return mi.load_dict({"type": "scene", **shapes}, optimize=False)
-
-
-def _film_surface(material: Material) -> FilmSurface:
-    return FilmSurface(veil(material), gloss(material), albedo_factor(material))

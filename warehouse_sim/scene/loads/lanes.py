@@ -83,7 +83,8 @@ def fill_lanes(
         kind = _of_one_carrier(lane, kind, rng)
         draw = _empty_stack if empty else _sample_stack
         for T_world_place in reversed(lane.T_world_places[len(lane.T_world_places) - count :]):
-            near = BoxStack.of([box for box in standing if _flat_distance(box, T_world_place) < _REACH])
+            aside = [np.linalg.norm(box.T_parent_box[:2, 3] - T_world_place[:2, 3]) for box in standing]
+            near = BoxStack.of([box for box, distance in zip(standing, aside, strict=True) if distance < _REACH])
             for _ in range(_STACK_TRIES):
                 stack = draw(lane, config, kind, rng)
                 T_world_stack = _place(T_world_place, stack, near, config, rng)
@@ -213,7 +214,3 @@ def _place(
         if all(others.clear_of(box, _CLEARANCE) for box in boxes):
             return T_world_stack
     return None
-
-
-def _flat_distance(box: OrientedBox, T_world_place: Transform) -> float:
-    return float(np.linalg.norm(box.T_parent_box[:2, 3] - T_world_place[:2, 3]))
