@@ -96,7 +96,7 @@ class TrainedSegmenter(Segmenter):
             mask = chance >= _LEAST_PROBABILITY
             if mask.sum() >= _LEAST_PIXELS:
                 score = item.score * float(chance[mask].mean())
-                likely = dict(zip(names, kinds.tolist(), strict=True))
+                likely = dict(zip(names, kinds.tolist(), strict=True)) or item.kind_likelihood
                 segmented.append(replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=likely))
         return without_doubles(segmented)
 
