@@ -12,10 +12,11 @@ import pytest
 from warehouse_sim.errors import RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera, rotation_z
-from warehouse_sim.render import Renderer, open_renderer, textures
+from warehouse_sim.render import Renderer, textures
 from warehouse_sim.render.conformance.scenes import MATERIALS, at, box_model, make_scene, spot
 from warehouse_sim.render.display import inverse_tone_map, to_display, tone_map
 from warehouse_sim.render.raster import surfaces
+from warehouse_sim.render.raster.backend import RasterRenderer
 from warehouse_sim.schema import Light, Material, SceneSpec
 
 CAMERA = PinholeCamera.from_focal(320, 240, 240.0)
@@ -182,8 +183,8 @@ def test_emission_needs_no_light_and_obeys_exposure(renderer: Renderer) -> None:
 
 @pytest.fixture(scope="module")
 def texturing() -> Iterator[Renderer]:
-    """A renderer that holds these textures alone: it uploads all that it has with each new one."""
-    with open_renderer() as opened:
+    """A renderer of its own that holds these textures alone: it uploads all that it has with each new one."""
+    with RasterRenderer() as opened:
         yield opened
 
 
