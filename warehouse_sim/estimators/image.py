@@ -109,6 +109,9 @@ class Detection:
             raise InputError(f"the model of a detection must be a name or an obj_id, found {shown(self.model)}")
         if not is_number(self.score):
             raise InputError(f"the score of a detection must be a number, found {shown(self.score)}")
+        likely = self.kind_likelihood
+        if not isinstance(likely, Mapping) or not all(is_number(p) and 0 <= p <= 1 for p in likely.values()):
+            raise InputError(f"kind_likelihood of a detection must be numbers 0-1 by name, found {shown(likely)}")
         if self.number is not None and not (isinstance(self.number, (int, np.integer)) and self.number >= 0):
             raise InputError(f"the number of a detection must be a whole number from 0, found {shown(self.number)}")
         if not isinstance(self.class_name, str) or not isinstance(self.may_be, (tuple, list)):

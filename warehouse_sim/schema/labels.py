@@ -140,6 +140,8 @@ class Agreement:
     """From the hypotheses' mean to the estimate (m)."""
     margin: float | None = None
     """By how much the verification for the estimate exceeds that for the next best pose; 1 where there is no other."""
+    confidence: float | None = None
+    """Largest confidence of a hypothesis, 0-1; the estimate's score counts what else speaks for it."""
 
 
 @clear_arguments

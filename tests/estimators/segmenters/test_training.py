@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from warehouse_sim.estimators.segmenters.segnet.estimator import (
     without_doubles,
 )
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
+from warehouse_sim.estimators.segmenters.segnet.train import numbered_kinds
 from warehouse_sim.estimators.segmenters.segnet.window import Edges
 from warehouse_sim.estimators.train import train
 
@@ -81,7 +83,7 @@ def test_the_network_looks_again_where_its_first_mask_is(run: Path, toy_root: Pa
     assert mask_edges(np.zeros((4, 5), bool)) is None
 
 
-def test_kinds_are_told_by_name_and_strange_ones_rejected(toy_root: Path, tmp_path: Path) -> None:
+def test_kinds_are_told_by_name_and_strange_ones_rejected(run: Path, toy_root: Path, tmp_path: Path) -> None:
     names = tuple(info.name for info in DatasetReader(toy_root).objects.values())
     config = replace(CONFIG, max_steps=2, validations=1, kinds=names)
     image, *_ = next(boxed(DatasetReader(toy_root), "train"))
@@ -91,6 +93,8 @@ def test_kinds_are_told_by_name_and_strange_ones_rejected(toy_root: Path, tmp_pa
     np.testing.assert_allclose(seen.kinds.sum(axis=1), 1.0, rtol=1e-5)
     for item in segmenter.segment(image):
         assert tuple(item.kind_likelihood) == names
+    known = replace(image, detections=tuple(replace(item, kind_likelihood={"keg": 0.5}) for item in image.detections))
+    assert TrainedSegmenter(run).segment(replace(known, rgb=image.rgb))[0].kind_likelihood == {"keg": 0.5}
     with pytest.raises(UnknownNameError, match="keg"):
         train("segmenter-depth", toy_root, tmp_path / "other", replace(config, kinds=("keg",)))
 
@@ -128,3 +132,15 @@ def test_doubles_go_and_neighbours_stay() -> None:
     kept, double, neighbour = of(slice(0, 50), 0.9), of(slice(0, 40), 0.8), of(slice(30, 80), 0.95)
     assert without_doubles([double, kept, neighbour]) == [kept, neighbour]
     assert without_doubles([]) == []
+
+
+def test_a_number_is_one_object_in_all_datasets_of_kinds() -> None:
+    def reader(**numbers: int) -> SimpleNamespace:
+        objects = {number: SimpleNamespace(name=name) for name, number in numbers.items()}
+        return SimpleNamespace(root=Path("set"), objects=objects)
+
+    assert numbered_kinds([reader(euro=1, keg=4), reader(euro=1, half=2)], ("half", "euro")) == {2: 0, 1: 1}
+    with pytest.raises(TrainingError, match="object 2 is keg"):
+        numbered_kinds([reader(keg=2), reader(euro=1, half=2)], ("half",))
+    with pytest.raises(TrainingError, match="object 3 is half"):
+        numbered_kinds([reader(half=3), reader(half=2)], ("half",))

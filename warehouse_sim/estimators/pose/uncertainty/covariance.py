@@ -160,7 +160,9 @@ def agreement(candidates: Candidates, symmetries: Symmetries, T_camera_object: T
     cosine = np.clip(np.abs(np.einsum("bmi,bi->bm", aligned.quat_wxyz[:, :most], quat)), 0.0, 1.0)
     turn = np.sqrt((weight * (2.0 * np.arccos(cosine)) ** 2).sum(axis=1))
     moved = np.linalg.norm(middle - T_camera_object[:, :3, 3], axis=1)
-    return [Agreement(*map(float, row)) for row in zip(spread, turn, moved, strict=True)]
+    confidence = candidates.confidence.max(axis=1)
+    rows = np.stack([spread, turn, moved, confidence], axis=1).tolist()
+    return [Agreement(apart, angle, shift, confidence=most) for apart, angle, shift, most in rows]
 
 
 Covariance = Float[np.ndarray, "6 6"]

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import PoseEstimator, WrappedEstimator
-from warehouse_sim.estimators.image import RgbdImage
+from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.matching import observed
 from warehouse_sim.estimators.pose.icp.surface import CadSurface, seeded_surface
 from warehouse_sim.estimators.pose.uncertainty.covariance import rms_quantile
@@ -175,23 +175,27 @@ class Watcher:
         return [self._look(by_place[item.scene_id, item.image_id], item) for item in estimates]
 
     def _look(self, image: RgbdImage, estimate: PoseEstimate) -> Look | None:
-        surface, mask = self._surface(estimate.obj_id), _mask_of(image, estimate.detection)
-        if surface is None or mask is None:
+        surface, seen = self._surface(estimate.obj_id), _detection_of(image, estimate.detection)
+        if surface is None or seen is None:
             return None
+        mask, agreed, confidence = seen.pixels(*image.depth.shape), estimate.agreement, estimate.score
+        if agreed is not None and agreed.confidence is not None:
+            # Features of their own say what the depth image says, which the score counts too.
+            confidence = agreed.confidence * seen.score
         numbers = self._seed, image.scene_id, image.image_id, max(estimate.detection, 0)
         rng = np.random.default_rng(numbers)
-        return look(estimate.T_camera_object, surface, image, mask, estimate.score, estimate.agreement, rng)
+        return look(estimate.T_camera_object, surface, image, mask, confidence, agreed, rng)
 
     def _sampled(self, obj_id: int) -> CadSurface | None:
         mesh = self._mesh_of(obj_id)
         return None if mesh is None else seeded_surface(mesh, obj_id, self._seed, _SURFACE_SAMPLES)
 
 
-def _mask_of(image: RgbdImage, number: int) -> Bool[np.ndarray, "h w"] | None:
-    """Return the pixels of the detection that estimates call ``number``; None where there is none."""
+def _detection_of(image: RgbdImage, number: int) -> Detection | None:
+    """Return the detection that estimates call ``number``; None where there is none."""
     for position, item in enumerate(image.detections):
         if item.number_at(position) == number:
-            return item.pixels(*image.depth.shape)
+            return item
     return None
 
 

@@ -207,16 +207,26 @@ class StreamedBoxes:
         return target_rows(image, image.record, self._crop)
 
 
-def numbered_kinds(objects: Mapping[int, ObjectInfo], kinds: Sequence[str]) -> dict[int, int]:
+def numbered_kinds(readers: Sequence[DatasetReader], kinds: Sequence[str]) -> dict[int, int]:
     """Return the position of each kind by its obj_id.
 
     Raises:
         UnknownNameError: No object of the datasets has the name.
+        TrainingError: Datasets give the number of a kind to different objects.
     """
-    numbers = {info.name: number for number, info in objects.items()}
-    if strange := [name for name in kinds if name not in numbers]:
-        raise UnknownNameError("object of the datasets under kinds", strange[0], list(numbers))
-    return {numbers[name]: position for position, name in enumerate(kinds)}
+    names = {info.name: number for reader in readers for number, info in reader.objects.items()}
+    if strange := [name for name in kinds if name not in names]:
+        raise UnknownNameError("object of the datasets under kinds", strange[0], list(names))
+    positions = {names[name]: position for position, name in enumerate(kinds)}
+    for reader in readers:
+        for number, info in reader.objects.items():
+            expected = kinds[positions[number]] if number in positions else None
+            if (expected or info.name in kinds) and expected != info.name:
+                raise TrainingError(
+                    f"{reader.root}: object {number} is {info.name}, which has another number in another dataset; "
+                    "train on datasets whose numbers agree, or with other kinds"
+                )
+    return positions
 
 
 def known_faces(readers: Sequence[DatasetReader]) -> tuple[KnownFaces, ...]:
@@ -268,7 +278,7 @@ class SegmenterJob(TrainingJob):
         torch.manual_seed(self.config.seed)
         counts, stream, remark = {split: len(part) for split, part in rows.items()}, self.config.stream, ""
         objects = {number: info for reader in readers for number, info in reader.objects.items()}
-        kinds = numbered_kinds(objects, self.config.kinds)
+        kinds = numbered_kinds(readers, self.config.kinds)
         train: Boxes
         order: Order
         if stream.recipe:
