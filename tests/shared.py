@@ -32,12 +32,18 @@ class Shared:
         """Return the folder ``name``, which ``make`` has filled once; other processes wait until it is whole."""
         self.root.mkdir(exist_ok=True)
         folder, whole = self.root / name, self.root / f"{name}.whole"
+        if whole.exists():
+            return folder
         with (self.root / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            if not whole.exists():
-                shutil.rmtree(folder, ignore_errors=True)  # of a try that failed
-                make(folder)
-                whole.touch()
+            try:
+                if not whole.exists():
+                    shutil.rmtree(folder, ignore_errors=True)  # of a try that failed
+                    make(folder)
+                    whole.touch()
+            finally:
+                # Closing alone would not free it while a process that ``make`` forked still has the file open.
+                fcntl.flock(lock, fcntl.LOCK_UN)
         return folder
 
     @property

@@ -56,7 +56,13 @@ class Plan:
     """Front end whose weights it begins with, if that is trained."""
 
     def limited(
-        self, minutes: float | None, steps: int | None, batch: int | None, workers: int, threads: int
+        self,
+        minutes: float | None,
+        steps: int | None,
+        batch: int | None,
+        workers: int,
+        threads: int,
+        learning_rate: float | None = None,
     ) -> "Plan":
         """Return the same within some time, for a machine."""
         config = replace(
@@ -64,6 +70,7 @@ class Plan:
             max_minutes=minutes,
             max_steps=steps,
             batch=batch or self.config.batch,
+            learning_rate=learning_rate or self.config.learning_rate,
             workers=workers,
             threads=threads,
         )
@@ -134,6 +141,7 @@ def main(
     cache_only: bool = False,
     warehouses: Path | None = None,
     init: str = "",
+    learning_rate: float | None = None,
 ) -> None:
     """Train what is not trained yet; runs that were interrupted go on.
 
@@ -152,15 +160,17 @@ def main(
         cache_only: Read all images into the cache and stop, one process a method.
         warehouses: Train on the finished parts of this folder alone, see ``trainings.warehouses``.
         init: Bundled weights or run folder that training on warehouses begins with.
+        learning_rate: Highest one, by default 0.002; training that begins with trained weights wants less.
     """
     kept, pose = cache or folder / "cache", pose_folder if pose_sets else None
     if warehouses is not None:
         for name in methods or tuple(IN_WAREHOUSES):
-            plan = IN_WAREHOUSES[name].limited(minutes, steps, batch, workers, threads)
+            plan = IN_WAREHOUSES[name].limited(minutes, steps, batch, workers, threads, learning_rate)
             _train(name, finished(warehouses), folder / "runs" / name, plan.config, kept, init)
         return
     plans = {
-        name: PLANS[name].limited(minutes, steps, batch, workers, threads) for name in in_order(methods or tuple(PLANS))
+        name: PLANS[name].limited(minutes, steps, batch, workers, threads, learning_rate)
+        for name in in_order(methods or tuple(PLANS))
     }
     generate_missing(list(plans.values()), folder, pose, workers)
     if generate_only:
