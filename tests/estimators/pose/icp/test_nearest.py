@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.dataset.toy import PALLET
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells, VisibleSurfaces
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, build_surface, closest_points, inside
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, Triangles, build_surface, inside
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import make_transform, transform_points
@@ -170,4 +170,7 @@ def test_closest_points_are_those_of_trimesh() -> None:
     rng = np.random.default_rng(2)
     corners, points = rng.normal(size=(400, 3, 3)), rng.normal(size=(400, 3)) * 2
     expected = trimesh.triangles.closest_point(corners, points)
-    np.testing.assert_allclose(closest_points(points, corners), expected, atol=1e-9)
+    normals = trimesh.triangles.normals(corners)[0]
+    offset, height = Triangles(corners, normals).offset(points, np.arange(400))
+    np.testing.assert_allclose(points - offset, expected, atol=1e-9)
+    np.testing.assert_allclose(height, ((points - corners[:, 0]) * normals).sum(axis=1), atol=1e-12)

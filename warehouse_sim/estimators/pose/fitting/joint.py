@@ -150,14 +150,16 @@ def _improved(
     last: int = 0,
 ) -> list[int]:
     """Return a set of poses that no other pose of one object makes better; object ``last`` changes last."""
-    chosen = list(chosen)
+    chosen, spent = list(chosen), cost[:, chosen].sum(axis=1)
     order = [*range(last + 1, len(rows)), *range(last + 1)]
     for _ in range(len(rows) + 1):
         before = list(chosen)
         for i in order:
-            worth = value[rows[i]] - cost[rows[i]][:, chosen].sum(axis=1)
+            worth = value[rows[i]] - spent[rows[i]]
             if worth.max() > worth[chosen[i] - rows[i][0]] + 1e-9:
-                chosen[i] = int(rows[i][worth.argmax()])
+                taken = int(rows[i][worth.argmax()])
+                spent += cost[:, taken] - cost[:, chosen[i]]
+                chosen[i] = taken
         if chosen == before:
             break
     return chosen

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int, UInt16
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, closest_points, dot
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, Triangles, dot
 
 _CANDIDATES = 2
 _THREADS = 2
@@ -57,8 +57,7 @@ class VisibleSurfaces:
         """Triangle of each point that is kept, counted over all objects."""
         self._normals = np.concatenate(normals) / np.maximum(np.concatenate(stretch), 1e-12)[:, None]
         corners = [surface.corners @ matrix for surface, matrix in zip(surfaces, self._metric, strict=True)]
-        self.corners = np.concatenate(corners)
-        """Corners of every triangle in the anisotropic space."""
+        self._triangles = Triangles(np.concatenate(corners), self._normals)
         # The tree serves for a few queries only: building it fast matters more than balance.
         self._tree = cKDTree(np.concatenate(points), balanced_tree=False)
 
@@ -74,12 +73,11 @@ class VisibleSurfaces:
         apart = np.arange(batch)[:, None, None] * np.array([_APART, 0.0, 0.0])
         _, near = self._tree.query((scaled + apart).reshape(-1, 3), k=_CANDIDATES, workers=_THREADS)
         faces = self.faces[near.ravel()]
-        offset = np.repeat(scaled.reshape(-1, 3), _CANDIDATES, axis=0)
-        offset -= closest_points(offset, self.corners[faces])
+        offset, height = self._triangles.offset(np.repeat(scaled.reshape(-1, 3), _CANDIDATES, axis=0), faces)
+        square = dot(offset, offset)
         rows = _CANDIDATES * np.arange(batch * count)
-        best = dot(offset, offset).reshape(-1, _CANDIDATES).argmin(axis=1) + rows
-        offset, normal = offset[best], self._normals[faces[best]]
-        distance, height = np.sqrt(dot(offset, offset)), dot(offset, normal)
+        best = square.reshape(-1, _CANDIDATES).argmin(axis=1) + rows
+        offset, normal, height, distance = offset[best], self._normals[faces[best]], height[best], np.sqrt(square[best])
         above = np.abs(height) >= 0.999 * distance
         direction = np.where(above[:, None], normal, offset / np.maximum(distance, 1e-9)[:, None])
         return np.where(above, height, distance).reshape(batch, count), direction.reshape(points.shape) @ self._metric

@@ -23,6 +23,8 @@ _MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 _COARSE = 1.0 / 3.0
 """Fraction of points and surface samples that all rounds but the last use."""
+_AT_ONCE = 32
+"""Objects that are fitted together: what more of them need at each step no longer fits into a core's cache."""
 _LEAST_POINTS = 6
 _CAUCHY = 0.015
 """Where a point loses half its weight (scaled m); the noise of the points where that is more."""
@@ -162,6 +164,22 @@ def fit_poses(
     A result that is too far from where it began is the given pose. Arguments are those of ``refine_poses``, of at least
     one object.
     """
+    ups = None if up is None else np.broadcast_to(up, (len(clouds), 3))
+    parts = [slice(start, start + _AT_ONCE) for start in range(0, len(clouds), _AT_ONCE)]
+    fits = [
+        _fit_some(T_camera_object[part], clouds[part], surfaces[part], config, None if ups is None else ups[part])
+        for part in parts
+    ]
+    return np.concatenate([T for T, _ in fits]), np.concatenate([anisotropy for _, anisotropy in fits])
+
+
+def _fit_some(
+    T_camera_object: Transforms,
+    clouds: Sequence[Float[np.ndarray, "p 3"]],
+    surfaces: Sequence[CadSurface],
+    config: IcpConfig,
+    up: Float[np.ndarray, "b 3"] | None,
+) -> tuple[Transforms, Float[np.ndarray, " b"]]:
     whole = Cloud.of(clouds, config.points)
     coarse = whole.first(max(int(config.points * _COARSE), _LEAST_POINTS))
     T, delta = T_camera_object, np.zeros((len(clouds), 6))

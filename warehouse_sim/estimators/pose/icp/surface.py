@@ -19,21 +19,40 @@ _DIRECTIONS = [np.roll(_TURN, axis, axis=0) for axis in range(3)]
 """Turns to three directions across each other that no face of a made object is parallel to."""
 
 
-def closest_points(points: Float[np.ndarray, "n 3"], corners: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3"]:
-    """Return the point of each triangle that is nearest to each point.
+class Triangles:
+    """Triangles that points are measured from, each with what does not depend on the point.
 
-    The foot on the plane where it falls inside the triangle (by barycentric coordinates), else the nearest point of
-    the three edges.
+    Args:
+        corners: Their corners.
+        normals: Their unit normals.
     """
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    ap = points - a
-    d11, d12, d22, p1, p2 = dot(ab, ab), dot(ab, ac), dot(ac, ac), dot(ap, ab), dot(ap, ac)
-    area = np.maximum(d11 * d22 - d12 * d12, 1e-24)
-    v, w = (d22 * p1 - d12 * p2) / area, (d11 * p2 - d12 * p1) / area
-    closest = a + v[:, None] * ab + w[:, None] * ac
-    beside = np.flatnonzero((v < 0) | (w < 0) | (v + w > 1))
-    closest[beside] = _closest_on_edges(points[beside], corners[beside])
-    return closest
+
+    def __init__(self, corners: Float[np.ndarray, "m 3 3"], normals: Float[np.ndarray, "m 3"]) -> None:
+        a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        d11, d12, d22 = dot(ab, ab), dot(ab, ac), dot(ac, ac)
+        area = np.maximum(d11 * d22 - d12 * d12, 1e-24)[:, None]
+        across = (d22[:, None] * ab - d12[:, None] * ac) / area, (d11[:, None] * ac - d12[:, None] * ab) / area
+        self._planes = np.stack([a, *across, normals], axis=1)
+        edges = np.roll(corners, -1, axis=1) - corners
+        self._edges = np.stack([corners, edges, edges / np.maximum(dot(edges, edges), 1e-24)[..., None]], axis=1)
+
+    def offset(
+        self, points: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+        """Return the vector to each point from the nearest point of its triangle, and the height over its plane.
+
+        The foot on the plane where it falls inside the triangle (by barycentric coordinates), else the nearest point of
+        the three edges.
+        """
+        plane = self._planes[faces]
+        v, w, height = np.einsum("ni,nki->kn", points - plane[:, 0], plane[:, 1:])
+        offset = height[:, None] * plane[:, 3]
+        beside = np.flatnonzero((v < 0) | (w < 0) | (v + w > 1))
+        corner, edge, along = np.moveaxis(self._edges[faces[beside]], 1, 0)
+        rest = points[beside, None] - corner
+        rest -= dot(rest, along).clip(0.0, 1.0)[..., None] * edge
+        offset[beside] = rest[np.arange(len(beside)), dot(rest, rest).argmin(axis=1)]
+        return offset, height
 
 
 def inside(corners: Float[np.ndarray, "m 3 3"], points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
@@ -51,17 +70,6 @@ def inside(corners: Float[np.ndarray, "m 3 3"], points: Float[np.ndarray, "n 3"]
 def dot(a: Float[np.ndarray, "*batch 3"], b: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
     """Return the scalar products of the last axis."""
     return np.einsum("...i,...i->...", a, b)
-
-
-def _closest_on_edges(
-    points: Float[np.ndarray, "n 3"], corners: Float[np.ndarray, "n 3 3"]
-) -> Float[np.ndarray, "n 3"]:
-    edges = np.roll(corners, -1, axis=1) - corners
-    offset = points[:, None] - corners
-    fraction = np.clip(dot(offset, edges) / np.maximum(dot(edges, edges), 1e-24), 0.0, 1.0)
-    rest = offset - fraction[..., None] * edges
-    nearest = dot(rest, rest).argmin(axis=1)
-    return points - rest[np.arange(len(points)), nearest]
 
 
 def _exits_above(corners: Float[np.ndarray, "m 3 3"], points: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
