@@ -23,7 +23,7 @@ _MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 _COARSE = 1.0 / 3.0
 """Fraction of points and surface samples that all rounds but the last use."""
-_AT_ONCE = 32
+_AT_ONCE = 64
 """Objects that are fitted together: what more of them need at each step no longer fits into a core's cache."""
 _LEAST_POINTS = 6
 _CAUCHY = 0.015
