@@ -2,14 +2,15 @@
 
 python -m trainings.cards [NAME ...] [--headlines]
 
-Scores are those of the suites in benchmarks/results/suites; of detectors and segmenters those of
-benchmarks/results/front_ends.json beside them, which no suite repeats.
+Scores are those of the suites in benchmarks/results/suites; of detectors and segmenters those in layouts beside them,
+and of what is scored in no other way those of the chain that it is a part of.
 """
 
 import json
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import tyro
@@ -20,6 +21,8 @@ from trainings.facts import POSES, description
 from trainings.headline import LIMIT, RECIPE, SCENES, SEED, headline, observations
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.rows.row import SECONDS, WORST, Row
+from warehouse_sim.estimators.lidar.direct import LIDAR_DIRECT
+from warehouse_sim.estimators.load import DETECT_KEYPOINTS
 from warehouse_sim.learning.run_folder import read_kind
 from warehouse_sim.resources import data_folder, model_names
 from warehouse_sim.yaml_file import read_yaml
@@ -32,6 +35,10 @@ _METRICS = {
     "add_shape_10pct": "< 10 % d in shape", "dock_0mm": "docked", "dock_20mm": "docked, 20 mm clear",
 }  # fmt: skip
 _PRECISIONS = {"box_50": "boxes AP50", "box_75": "AP75", "mask_50": "masks AP50", "mask_75": "AP75"}
+_IN_LAYOUTS = {"detector-depth": "boxes", "segmenter-depth": "masks"}
+"""What ``benchmarks.front_ends.layouts`` calls the scores of front ends whose cards are written here."""
+_CHAINS = {LIDAR_DIRECT.detector: "lidar-direct", DETECT_KEYPOINTS.network: "detect-keypoints"}
+"""Chains by the part that nothing scores alone."""
 _OVERVIEW = (
     ("industrial", "industrial", "all", "add_10pct", "`industrial`: ADD < 10 % d"),
     ("industrial", "industrial", "all", "add_5pct", "ADD < 5 % d"),
@@ -147,10 +154,14 @@ def _brief(name: str) -> dict[str, Any]:
 
 def _of_front_end(name: str) -> tuple[list[str], dict[str, Any]]:
     """Return the lines of the scores of what finds objects, and what programs read."""
-    found = [*_in_suites(name), *(row for row in _stored() if row["stages"][-1] == name)]
+    layouts = _in_layouts(name)
+    found = [*_in_suites(name), *layouts]
+    if not found:
+        return _of_chain(_CHAINS[name])
     lines = [
         "Unseen scenes, average precision in % with 95 % intervals over scenes; misses count, and hardly visible "
-        "objects are ignored. Rows of a suite say so; the others are of scenes of the former scoring script.",
+        "objects are ignored."
+        + (" Layouts: pallets within 10 m (`python -m benchmarks.front_ends.layouts`)." if layouts else ""),
         "",
         "| evaluated on | n | " + " | ".join(_PRECISIONS.values()) + " |",
         "|---|---|" + "---|" * len(_PRECISIONS),
@@ -158,13 +169,24 @@ def _of_front_end(name: str) -> tuple[list[str], dict[str, Any]]:
     for row in found:
         cells = [percent_cell(row.get(metric)) for metric in _PRECISIONS]
         lines.append(f"| {row['name']} | {row['n']} | {' | '.join(cells)} |")
-    if not found:
-        return lines, {}
     best = found[0]
     kind = "mask_50" if "mask_50" in best else "box_50"
-    times = [row["median_ms"] for row in found if "median_ms" in row]
-    speed = {"speed": f"{times[0]:.0f} ms an image"} if times else {}
+    speed = {"speed": f"{median(row['median_ms'] for row in layouts):.0f} ms an image"} if layouts else {}
     return lines, {"score": f"{best['name']}: {_PRECISIONS[kind]} {100 * best[kind]['value']:.1f} %"} | speed
+
+
+def _of_chain(chain: str) -> tuple[list[str], dict[str, Any]]:
+    """Return the lines of the scores of a chain by suite, and what programs read."""
+    lines = [f"Scored as a part of the chain `{chain}`: unseen scenes, in % with 95 % intervals over scenes."]
+    brief: dict[str, Any] = {}
+    for name, result in suites().items():
+        mine = [row for row in result.rows if (row.table, row.estimator) == ("scores", chain)]
+        mine = [row for row in mine if row.metric in _METRICS]
+        lines += ["", f"### `{name}`", "", *_by_place(mine)] if mine else []
+        for row in mine:
+            if (row.group, row.metric) == ("all", "dock_0mm"):
+                brief.setdefault("score", f"suite `{name}`, {chain}: docked {100 * row.value:.1f} %")
+    return lines, brief
 
 
 def _in_suites(name: str) -> list[dict[str, Any]]:
@@ -179,9 +201,18 @@ def _in_suites(name: str) -> list[dict[str, Any]]:
     return list(places.values())
 
 
-def _stored() -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = json.loads((RESULTS / "front_ends.json").read_text(encoding="utf-8"))["rows"]
-    return rows
+def _in_layouts(name: str) -> list[dict[str, Any]]:
+    """Return a row for each layout, the worst first."""
+    rows = json.loads((RESULTS / "layouts.json").read_text(encoding="utf-8"))["rows"]
+    method = _IN_LAYOUTS.get(name)
+    mine = [row for row in rows if (row["method"], row["weights"]) == (method, "industrial")]
+    mine.sort(key=lambda row: float(row["value"]))
+    kind = "mask_50" if method == "masks" else "box_50"
+    return [
+        {"name": f"layout `{row['layout']}`", "n": row["n"], "median_ms": row["median_ms"]}
+        | {kind: {"value": row["value"], "interval": row["interval"]}}
+        for row in mine
+    ]
 
 
 @cache

@@ -136,7 +136,7 @@ def inserted(text: str, name: str, table: str) -> str:
 
 
 def _short(command: str) -> str:
-    return re.split(r", then |, in |, scene by| --write| --recipes \.\.\.|;", command)[0].strip()
+    return command.removesuffix(" --write")
 
 
 def main() -> int:

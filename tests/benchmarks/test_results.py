@@ -1,15 +1,24 @@
-"""Committed results have one shape: machine, command, named rows of numbers."""
+"""Committed results have one shape: machine, command, named rows of numbers; and each command is there."""
 
+import inspect
 import json
+import re
+import shlex
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from warehouse_sim.benchmark.report import write_suite_report
 from warehouse_sim.benchmark.result import read_result
 from warehouse_sim.benchmark.suite import load_suite
+from warehouse_sim.cli.arguments import call
+from warehouse_sim.cli.commands import COMMANDS
+from warehouse_sim.errors import WarehouseSimError
 
-FOLDER = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "benchmarks" / "results"
 RESULTS = sorted(FOLDER.glob("*.json"))
 SPEED_ROWS = {
     "rgbd_ids_vs_pyrender",
@@ -41,6 +50,68 @@ def test_the_leaderboards_of_the_documents_are_those_of_the_results(tmp_path: Pa
     written = write_suite_report((FOLDER / "suites",), tmp_path / "leaderboards.md")
     renew = "warehouse-sim report benchmarks/results/suites --out docs/leaderboards.md"
     assert document.read_text(encoding="utf-8") == written.read_text(encoding="utf-8"), renew
+
+
+def fault(command: str) -> str:
+    """Return what keeps a command from running in this repository; nothing is run."""
+    words = shlex.split(command)
+    while "=" in words[0]:  # variables of the environment
+        words.pop(0)
+    match words:
+        case ["python", "-m", "pytest", *rest]:
+            paths = [word for word in rest if word.startswith("tests/")]
+            return "" if paths and all((ROOT / path).exists() for path in paths) else "no such tests"
+        case ["python", "-m", name, *_]:
+            place = ROOT / name.replace(".", "/")
+            there = place.with_suffix(".py").is_file() or (place / "__main__.py").is_file()
+            return "" if there else f"no module {name}"
+        case ["make", target]:
+            rules = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+            return "" if target in rules else f"no target {target}"
+        case ["warehouse-sim", name, *rest] if name in COMMANDS:
+            return fault_of_arguments(name, rest)
+    return "no command of this repository"
+
+
+def fault_of_arguments(name: str, words: list[str]) -> str:
+    """Return what is wrong with the arguments of a command of ``warehouse-sim``, the name of its suite included."""
+    function, taken = COMMANDS[name].function(), dict[str, Any]()
+
+    @wraps(function)
+    def take(*positional: Any, **named: Any) -> None:
+        taken.update(inspect.signature(function).bind(*positional, **named).arguments)
+
+    try:
+        call(COMMANDS[name], take, words)
+        if name == "bench":
+            load_suite(taken["suite"])
+    except WarehouseSimError as problem:
+        return str(problem)
+    return ""
+
+
+@pytest.mark.parametrize("path", [*RESULTS, *SUITES], ids=lambda path: path.stem)
+def test_the_command_of_a_result_is_there(path: Path) -> None:
+    assert fault(json.loads(path.read_text(encoding="utf-8"))["command"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("command", "problem"),
+    [
+        ("python -m benchmarks.acceptance.film --write", "no module benchmarks.acceptance.film"),
+        ("OMP_NUM_THREADS=1 python -m benchmarks.sped", "no module benchmarks.sped"),
+        ("python -m benchmarks.front_ends", "no module benchmarks.front_ends"),
+        ("python -m pytest -m slow tests/gone.py", "no such tests"),
+        ("python -m pytest", "no such tests"),
+        ("make gone", "no target gone"),
+        ("make speed in clean clones", "no command"),
+        ("warehouse-sim bnch docking", "no command"),
+        ("warehouse-sim bench gone", "gone"),
+        ("warehouse-sim bench docking --gone", "--gone"),
+    ],
+)
+def test_a_command_that_is_gone_is_told(command: str, problem: str) -> None:
+    assert problem in fault(command)
 
 
 def test_there_are_results() -> None:

@@ -28,7 +28,7 @@ _PATH = re.compile(rf"(?<![\w/.-])((?:{_FOLDERS})/[\w./-]*\w\.(?:py|md|yaml|json
 _DOTTED = re.compile(r"`(warehouse_sim(?:\.\w+)+)`")
 WRITTEN = (ROOT / "docs" / "leaderboards.md", ROOT / "docs" / "dissertation.md")
 _IN_DATASETS = ("scenes/000000.json",)
-_MODULE = re.compile(r"python -m ((?:benchmarks|docs|trainings|warehouse_sim)[\w.]*)")
+_MODULE = re.compile(r"python -m ((?:benchmarks|docs|locks|tests|trainings|warehouse_sim)[\w.]*)")
 _COMMAND = re.compile(r"warehouse-sim ([a-z][a-z-]*)\b")
 
 

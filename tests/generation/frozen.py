@@ -7,11 +7,11 @@ Colours are left out: a renderer may be mended. Hashes are those of one machine 
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.speed.result import RESULTS
 from warehouse_sim.dataset.formats.kitti.reader import label_rows
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.generation.observe import observe_scene
@@ -21,7 +21,8 @@ from warehouse_sim.render import open_renderer
 from warehouse_sim.schema import Observation, SceneSpec
 
 NAME, SEED, SCENES = "industrial-v1", 0, (0, 1)
-RESULT = RESULTS / "frozen.json"
+STORED = Path(__file__).with_name("frozen.json")
+"""Hashes, and the machine that made them."""
 _STEPS_PER_METRE = 10_000
 """Depth is compared as BOP stores it, 0.1 mm a step."""
 

@@ -12,7 +12,7 @@ from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.resources import data_folder
 
-RESULT = json.loads(frozen.RESULT.read_text())
+RESULT = json.loads(frozen.STORED.read_text())
 STORED = {row["name"]: row["sha256"] for row in RESULT["rows"]}
 
 

@@ -1,12 +1,10 @@
 """The floor is dark beside what stands on it, as far as on photographs; and the measure finds what is there."""
 
-import json
-
 import numpy as np
 import pytest
 
-from benchmarks.speed.result import RESULTS
 from tests.render.contact import contacts, contacts_of_scene, summary
+from tests.stored import held
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import open_renderer
@@ -62,8 +60,7 @@ def test_an_evenly_lit_floor_has_no_rim() -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("recipe", ["dock_staging", "block_storage", "selective_rack"])
 def test_floors_of_recipes_are_as_dark_as_is_stored(recipe: str) -> None:
-    rows = json.loads((RESULTS / "contact.json").read_text(encoding="utf-8"))["rows"]
-    (stored,) = (row for row in rows if row["name"] == recipe)
     found = summary([contact for index in range(2) for contact in contacts_of_scene(recipe, index)])
+    stored = held("contact", __file__, [{"name": recipe, **found}])[recipe]
     assert found["value"] == pytest.approx(stored["value"], abs=0.03)
     assert found["back"] == pytest.approx(stored["back"], abs=0.05)

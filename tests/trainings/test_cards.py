@@ -1,9 +1,11 @@
 """Cards and the table of the bundled weights are those of the stored results."""
 
+import re
 import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from trainings import cards
 from warehouse_sim.resources import data_folder, model_dir, model_names
@@ -20,6 +22,12 @@ def test_a_card_is_that_of_the_stored_results(name: str, tmp_path: Path) -> None
     cards.write(folder)
     assert sorted(folder.glob("card.*")) == files
     assert before == [path.read_bytes() for path in files], RENEW
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_every_bundled_weight_has_a_score(name: str) -> None:
+    card = yaml.safe_load((model_dir(name) / "card.yaml").read_text(encoding="utf-8"))
+    assert re.search(r"\d\.\d %", card["score"])
 
 
 def test_the_table_is_that_of_the_stored_results(tmp_path: Path) -> None:

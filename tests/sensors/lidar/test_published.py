@@ -1,19 +1,15 @@
 """LiDAR presets against what is published of them, from the points of their sweeps alone."""
 
-import json
-
 import numpy as np
 import pytest
 
-from benchmarks.speed.result import RESULTS
-from tests.sensors.lidar.published import PUBLISHED
+from tests.sensors.lidar.published import PUBLISHED, ROADS
 from tests.sensors.lidar.sweeps import UNITS, angles, errors, floor_spread, spread
+from tests.stored import held
 from warehouse_sim.render.conformance.scenes import at, box_model, make_scene
 from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.schema import Material
 from warehouse_sim.sensors.lidar import LIDAR_PRESETS, LidarConfig, scan
-
-STORED = {row["name"]: row["value"] for row in json.loads((RESULTS / "lidar_presets.json").read_text())["rows"]}
 
 
 @pytest.mark.parametrize("model", PUBLISHED)
@@ -35,23 +31,32 @@ def test_points_and_errors_are_as_published(model: str) -> None:
     assert found["noise from pulse to pulse (mm)"] == pytest.approx(published.noise_mm, rel=0.15)
     if published.bias_mm is not None:
         assert found["bias from laser to laser (mm)"] == pytest.approx(published.bias_mm, rel=0.15, abs=1.0)
+    said = (published.points_a_second, published.noise_mm, published.bias_mm)
+    rows = [
+        {"name": f"{model}: {key}", "value": value, "published": of, "source": published.source}
+        for (key, value), of in zip(found.items(), (*said, None, None), strict=True)
+    ]
+    stored = held("lidar_presets", __file__, rows)
+    assert all(
+        value == pytest.approx(stored[f"{model}: {key}"]["value"], rel=0.02, abs=0.1) for key, value in found.items()
+    )
 
 
 @pytest.mark.slow
 def test_a_floor_is_as_uneven_as_a_real_road() -> None:
     """No worse than 1.5 times as even as the evener of two KITTI sweeps, no more uneven than the other."""
     patches = [floor_spread(LidarConfig(), number) for number in range(UNITS)]
-    for key, stored in ((key, f"floor, hdl64e: {key}") for key in patches[0]):
-        real = [value for name, value in STORED.items() if name.startswith("floor, KITTI") and name.endswith(key)]
-        assert len(real) == 2
-        found = float(np.median([patch[key] for patch in patches]))
-        assert min(real) / 1.5 < found < max(real)
-        assert found == pytest.approx(STORED[stored], rel=0.15)
+    found = {key: float(np.median([patch[key] for patch in patches])) for key in patches[0]}
+    rows = [{"name": f"floor, hdl64e: {key}", "value": found[key], "roads": ROADS[key]} for key in found]
+    stored = held("lidar_presets", __file__, rows)
+    for key, value in found.items():
+        assert min(ROADS[key]) / 1.5 < value < max(ROADS[key])
+        assert value == pytest.approx(stored[f"floor, hdl64e: {key}"]["value"], rel=0.02)
 
 
 def test_a_floors_spread_within_rings_is_that_which_is_stored() -> None:
-    found = floor_spread(LidarConfig(), 0)
-    assert found["within rings (%)"] == pytest.approx(STORED["floor, hdl64e: within rings (%)"], rel=0.15)
+    found, name = floor_spread(LidarConfig(), 0)["within rings (%)"], "floor, hdl64e: within rings (%)"
+    assert found == pytest.approx(held("lidar_presets", __file__, [])[name]["value"], rel=0.15)
 
 
 def test_spread_is_split_into_rings_and_what_is_between_them() -> None:

@@ -14,7 +14,7 @@ LEAST_RANK = 0.56
 """Mean rank of the gradient at edges of depth: 0.5 by chance.
 
 Of 337 views of 33 datasets all have 0.67 and more with their own colours, and two of three less than 0.56 with those of
-another view (``benchmarks/results/colour_edges.json``). The lowest right one that is known has 0.57: a view of
+another view, measured once on the data of all suites. The lowest right one that is known has 0.57: a view of
 ``robust_drive_in`` by a stereo camera that lets what is near swell over a dozen pixels.
 """
 _ENOUGH_PIXELS = 150_000

@@ -3,7 +3,7 @@
 const float REACH = 0.8;          // metres from which on nothing occludes
 const float REACH_PX = 240.0;     // what is close to the camera is searched only so far
 const float RELIEF_PX = 6.5;      // what stands out less (px) is too fine for so few samples: ribs would show as rings
-const float STRENGTH = 2.4;       // by the fraction of blocks near those of a path tracer (benchmarks/results/indirect_light.json)
+const float STRENGTH = 2.4;       // by the fraction of blocks (12 views, 5,016 blocks) within 1.25 of a path tracer's light
 
 // pixel: where p shows; turn: angle that differs between the pixels of a block, over which the result is averaged.
 float near_light(vec2 pixel, vec3 p, vec3 n, float turn) {

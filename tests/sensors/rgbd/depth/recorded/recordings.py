@@ -1,4 +1,4 @@
-"""Recorded pallet faces as ``benchmarks.acceptance.depth_against_real`` reads them from a folder."""
+"""Recorded pallet faces, read from a folder of sites."""
 
 import json
 from pathlib import Path
