@@ -94,7 +94,8 @@ def make_scene(job: Job, scene_index: int, renderer: Renderer) -> SceneRecord:
     """Draw a scene and store it, whatever other scenes are there; return what is needed of it to finish the dataset."""
     prepared = prepare_scene(job.recipe, job.manifest.seed, scene_index)
     rig = storable(job.recipe.sensors, job.manifest.formats)
-    observations = observe_scene(prepared.scene, rig, renderer, prepared.variants, bool(job.manifest.contents.levelled))
+    level = bool(job.manifest.contents.levelled)
+    observations = observe_scene(prepared.scene, rig, renderer, prepared.variants, level, prepared.caster)
     store = DatasetStore(job.root, job.manifest)
     outcome = Outcome(
         to_mapping(prepared.settle),
