@@ -202,7 +202,8 @@ def as_table() -> str:
     ways = dict.fromkeys(name for _, name, *_ in found if name.split("+")[0] in poses)
     lines = ["| | " + " | ".join(heading for *_, heading in _OVERVIEW) + " |", "|---|" + "---|" * len(_OVERVIEW)]
     for name in sorted(ways):
-        cells = [_cell(found.get((suite, name, *place))) for suite, *place, _ in _OVERVIEW]
+        places = [(suite, name, condition, group, metric) for suite, condition, group, metric, _ in _OVERVIEW]
+        cells = [_cell(found.get(place)) for place in places]
         if set(cells) != {"-"}:
             lines.append(f"| [`{name}`]({name.split('+')[0]}/card.md) | " + " | ".join(cells) + " |")
     return "\n".join(lines)

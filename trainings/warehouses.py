@@ -89,19 +89,16 @@ class Part(Data):
 
     def changed_recipe(self) -> Recipe:
         """Return the recipe that is generated."""
-        recipe, scene = _KINDS.get(self.recipe, (self.recipe, {}))
-        return replace(
-            load_recipe(
-                recipe,
-                {
-                    "scene": scene | {"observations_per_scene": self.views, "targets": list(self.targets)},
-                    "sensors": {"outputs": ["rgb", "depth", "masks", "poses"], **_SENSORS[self.sensors]},
-                },
-            ),
-            name=self.folder_name,
-            scenes=self.scenes,
-            split=self.split,
+        name, scene = _KINDS.get(self.recipe, (self.recipe, {}))
+        recipe = load_recipe(
+            name,
+            {
+                "scene": scene | {"observations_per_scene": self.views, "targets": list(self.targets)},
+                "sensors": {"outputs": ["rgb", "depth", "masks", "poses"], **_SENSORS[self.sensors]},
+            },
         )
+        split = self.split or recipe.split
+        return replace(recipe, name=self.folder_name, scenes=self.scenes or recipe.scenes, split=split)
 
 
 def part(number: int) -> Part:
