@@ -18,7 +18,7 @@ import yaml
 
 from benchmarks.speed.result import RESULTS
 from trainings.facts import POSES, description
-from trainings.headline import LIMIT, RECIPE, SCENES, SEED, headline, observations
+from trainings.headline import LIMIT, RECIPE, SCENES, SEED, Headline, headline, observations
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.rows.row import SECONDS, WORST, Row
 from warehouse_sim.estimators.lidar.direct import LIDAR_DIRECT
@@ -62,43 +62,44 @@ def main(names: tyro.conf.Positional[tuple[str, ...]] = (), headlines: bool = Fa
     seen = observations() if headlines else []
     for name in names or [name for name in model_names() if not name.endswith(BY_LAYOUT)]:
         model = data_folder("models") / name
-        if headlines and read_kind(model) == POSES:
-            found = headline(model, seen)
-            facts = {"recipe": RECIPE, "seed": SEED, "scenes": SCENES}
-            facts |= {"fraction": round(found.fraction, 4), "count": found.count}
-            _write_yaml(model, {"headline": facts})
-        print(f"output: {write(model)}")
+        measured = headline(model, seen) if headlines and read_kind(model) == POSES else None
+        print(f"output: {write(model, measured)}")
     print(f"output: {write_table(data_folder('models') / 'README.md')}")
 
 
-def write(model: Path) -> Path:
-    """Write ``card.md`` and, for programs, ``card.yaml`` of a model's folder; a headline in that stays."""
+def write(model: Path, measured: Headline | None = None) -> Path:
+    """Write ``card.md`` and, for programs, ``card.yaml`` of a model's folder; without a new headline that stays."""
+    card = _stored_headline(model) if measured is None else _facts(measured)
     if read_kind(model) == POSES:
-        head, scores, brief = _of_poses(model)
+        scores, brief = _of_poses(model)
         limits = ["Scored with ground-truth visible masks unless a suite says otherwise; a detector's are worse."]
     else:
-        head, scores, brief = [], *_of_front_end(model.name)
+        scores, brief = _of_front_end(model.name)
         limits = ["It may miss objects that are unlike its training data, or report them as pallets."]
     limits.insert(0, "Not tested on real images: trained and scored on synthetic images of this package only.")
-    lines = [f"# {model.name}", "", *head, *description(model), "", "## Scores", "", *scores]
+    lines = [f"# {model.name}", "", *_headline(card), *description(model), "", "## Scores", "", *scores]
     lines += ["", "## Limits", "", *(f"- {line}" for line in limits)]
-    _write_yaml(model, brief)
+    if whole := brief | ({"headline": card} if card else {}):
+        (model / "card.yaml").write_text(yaml.safe_dump(whole, sort_keys=False), encoding="utf-8")
+    else:
+        (model / "card.yaml").unlink(missing_ok=True)
     path = model / "card.md"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
-def _write_yaml(model: Path, brief: dict[str, Any]) -> None:
+def _stored_headline(model: Path) -> dict[str, Any]:
     path = model / "card.yaml"
-    kept = {"headline": read_yaml(path)["headline"]} if path.is_file() and "headline" in read_yaml(path) else {}
-    if whole := brief | ({} if "headline" in brief else kept):
-        path.write_text(yaml.safe_dump(whole, sort_keys=False), encoding="utf-8")
-    else:
-        path.unlink(missing_ok=True)
+    return read_yaml(path).get("headline", {}) if path.is_file() else {}
 
 
-def _of_poses(model: Path) -> tuple[list[str], list[str], dict[str, Any]]:
-    """Return the lines above the description, those of the scores, and what programs read."""
+def _facts(measured: Headline) -> dict[str, Any]:
+    numbers = {"fraction": round(measured.fraction, 4), "count": measured.count}
+    return {"recipe": RECIPE, "seed": SEED, "scenes": SCENES} | numbers
+
+
+def _of_poses(model: Path) -> tuple[list[str], dict[str, Any]]:
+    """Return the lines of the scores, and what programs read."""
     lines = [
         "Of [suites](../../docs/benchmark.md#suites): unseen scenes, objects at least 10 % visible; what has no "
         "estimate counts as a failure. In % with 95 % intervals over scenes.",
@@ -107,14 +108,12 @@ def _of_poses(model: Path) -> tuple[list[str], list[str], dict[str, Any]]:
         mine = [row for row in result.rows if row.table == "scores" and row.estimator.split("+")[0] == model.name]
         mine = [row for row in mine if ", " not in row.group and row.metric in _METRICS]
         lines += ["", f"### `{name}`", "", *_by_place(mine)] if mine else []
-    return _headline(model), lines, _brief(model.name)
+    return lines, _brief(model.name)
 
 
-def _headline(model: Path) -> list[str]:
-    path = model / "card.yaml"
-    if not path.is_file() or "headline" not in read_yaml(path):
+def _headline(card: dict[str, Any]) -> list[str]:
+    if not card:
         return []
-    card = read_yaml(path)["headline"]
     return [
         f"**ADD < {LIMIT:.0%} of the diameter for {100 * card['fraction']:.1f} % of {card['count']} pallets** on "
         f"{card['scenes']} unseen scenes of `{card['recipe']}` (consensus, no ICP), with ground-truth masks and the "
@@ -234,7 +233,8 @@ def as_table() -> str:
     ways = dict.fromkeys(name for _, name, *_ in found if name.split("+")[0] in poses)
     lines = ["| | " + " | ".join(heading for *_, heading in _OVERVIEW) + " |", "|---|" + "---|" * len(_OVERVIEW)]
     for name in sorted(ways):
-        cells = [_cell(found.get((suite, name, *place))) for suite, *place, _ in _OVERVIEW]
+        places = [(suite, name, condition, group, metric) for suite, condition, group, metric, _ in _OVERVIEW]
+        cells = [_cell(found.get(place)) for place in places]
         if set(cells) != {"-"}:
             lines.append(f"| [`{name}`]({name.split('+')[0]}/card.md) | " + " | ".join(cells) + " |")
     return "\n".join(lines)

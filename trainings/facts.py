@@ -12,6 +12,7 @@ from warehouse_sim.estimators.pose.densefusion.networks.densefusion import PoseR
 from warehouse_sim.estimators.segmenters.segnet.network import SegmenterRun
 from warehouse_sim.estimators.train import trainable
 from warehouse_sim.learning.run_folder import Source, read_kind
+from warehouse_sim.learning.trainable import TrainableNetwork
 
 POSES = "densefusion"
 """Kind of run folder of all networks that estimate poses."""
@@ -53,6 +54,7 @@ def description(model: Path) -> list[str]:
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
     }
     method = trainable(config.estimator)
+    assert isinstance(method, TrainableNetwork)  # of this package
     summary = f"{method.summary[0].upper()}{method.summary[1:]}. Reads: {method.inputs}."
     return [summary, "", "| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in facts.items())]
 

@@ -37,6 +37,7 @@ from warehouse_sim.estimators.pose.densefusion.settings import TrainConfig, with
 from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train, trainable
 from warehouse_sim.learning.settings import LoopConfig
+from warehouse_sim.learning.trainable import TrainableNetwork
 
 _AT_ONCE = 4
 """Datasets that are generated side by side: the meshes of a dataset are made by one process."""
@@ -219,7 +220,9 @@ def generate_missing(plans: Sequence[Plan], folder: Path, pose_folder: Path | No
 
 def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, cache: Path) -> None:
     """Read the images that a method is trained on into the cache."""
-    trainable(name).make_job(plan.folders(folder, pose_folder, 1), folder / "runs" / name, plan.config, cache).start()
+    method = trainable(name)
+    assert isinstance(method, TrainableNetwork)  # of this package
+    method.make_job(plan.folders(folder, pose_folder, 1), folder / "runs" / name, plan.config, cache).start()
     print(f"{name}: images are read")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warehouse_sim.estimators.load import load_estimator
+from warehouse_sim.estimators.pose.densefusion.estimator import Estimator
 from warehouse_sim.estimators.pose.densefusion.objects import read_meshes
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation.errors.pose_error import add, estimates_in_object
@@ -43,7 +43,7 @@ def observations() -> list[Observation]:
 
 def headline(model: Path, seen: Sequence[Observation]) -> Headline:
     """Estimate the labelled objects of ``seen`` with consensus and without ICP."""
-    estimator, meshes = load_estimator(model, PredictConfig(selection="consensus", refine="none")), read_meshes(model)
+    estimator, meshes = Estimator(model, PredictConfig(selection="consensus", refine="none")), read_meshes(model)
     shapes = {shape.obj_id: shape for shape in estimator.objects}
     good = count = 0
     for observation in seen:

@@ -138,9 +138,8 @@ def _as_steps(fitted, value: float, row: np.ndarray) -> StepSum:  # type: ignore
         leaves = fitted.learning_rate * nodes.value[:, 0, 0]
         if nodes.node_count == 1:
             continue
-        found = jumps.setdefault(int(nodes.feature[0]), {})
-        at = round(float(nodes.threshold[0]), 5)
-        found[at] = found.get(at, 0.0) + float(leaves[2] - leaves[1])
+        found, edge = jumps.setdefault(int(nodes.feature[0]), {}), round(float(nodes.threshold[0]), 5)
+        found[edge] = found.get(edge, 0.0) + float(leaves[2] - leaves[1])
     steps = []
     for feature, found in sorted(jumps.items()):
         at = sorted(found)

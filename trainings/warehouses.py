@@ -24,6 +24,7 @@ from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
 from warehouse_sim.one_writer import one_writer
 from warehouse_sim.output import make_folder
+from warehouse_sim.processes import prepare_worker
 
 FOLDER = Path("out/warehouses")
 _VIEWS, _SCENES = 24, 2
@@ -89,19 +90,16 @@ class Part(Data):
 
     def changed_recipe(self) -> Recipe:
         """Return the recipe that is generated."""
-        recipe, scene = _KINDS.get(self.recipe, (self.recipe, {}))
-        return replace(
-            load_recipe(
-                recipe,
-                {
-                    "scene": scene | {"observations_per_scene": self.views, "targets": list(self.targets)},
-                    "sensors": {"outputs": ["rgb", "depth", "masks", "poses"], **_SENSORS[self.sensors]},
-                },
-            ),
-            name=self.folder_name,
-            scenes=self.scenes,
-            split=self.split,
+        name, scene = _KINDS.get(self.recipe, (self.recipe, {}))
+        recipe = load_recipe(
+            name,
+            {
+                "scene": scene | {"observations_per_scene": self.views, "targets": list(self.targets)},
+                "sensors": {"outputs": ["rgb", "depth", "masks", "poses"], **_SENSORS[self.sensors]},
+            },
         )
+        split = self.split or recipe.split
+        return replace(recipe, name=self.folder_name, scenes=self.scenes or recipe.scenes, split=split)
 
 
 def part(number: int) -> Part:
@@ -145,7 +143,7 @@ def main(
     """
     make_folder(folder)
     until = time.time() + 60.0 * minutes
-    with one_writer(folder), ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+    with one_writer(folder), ProcessPoolExecutor(processes, get_context("spawn"), prepare_worker) as pool:
         for _ in pool.map(partial(make_part, folder, until), range(first, first + parts)):
             pass
     print(f"{len(finished(folder))} parts in {folder}")

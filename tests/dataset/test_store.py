@@ -49,6 +49,17 @@ def test_two_processes_give_the_same_bytes(toy_root: Path, tmp_path: Path) -> No
     assert hashes(store.root) == hashes(toy_root)
 
 
+def test_records_that_were_written_here_are_not_read_again(
+    toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = DatasetStore(tmp_path / "data", make_manifest())
+    store.begin([PALLET], CAMERA)
+    written = [write_scene(store, index) for index in (2, 0, 1)]
+    monkeypatch.delattr("warehouse_sim.dataset.store.read_scene_record")
+    store.finish(written=written)
+    assert hashes(store.root) == hashes(toy_root)
+
+
 @pytest.mark.parametrize("formats", [("bop",), ("kitti",), ("bop", "kitti")])
 def test_any_choice_of_formats_has_the_same_files(toy_root: Path, tmp_path: Path, formats: tuple[str, ...]) -> None:
     found = hashes(make_dataset(tmp_path / "data", make_manifest(formats=formats)))

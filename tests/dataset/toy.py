@@ -11,7 +11,7 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.split import SplitConfig, split_scenes
 from warehouse_sim.dataset.store import DatasetStore
 from warehouse_sim.dataset.stored.recipe_contents import recipe_contents
-from warehouse_sim.dataset.stored.scene_record import Outcome
+from warehouse_sim.dataset.stored.scene_record import Outcome, SceneRecord
 from warehouse_sim.dataset.validate import Check, requested_checks, run_check, validate
 from warehouse_sim.geometry.boxes import OrientedBox, mask_box_xyxy
 from warehouse_sim.geometry.camera import PinholeCamera
@@ -234,10 +234,10 @@ def outcome(root: Path, name: str) -> Check:
     return found
 
 
-def write_scene(store: DatasetStore, index: int) -> None:
+def write_scene(store: DatasetStore, index: int) -> SceneRecord:
     """Draw and store one scene."""
     scene = make_scene(index)
-    store.write_scene(scene, observe(scene), Outcome({"problems": [], "speed": 0.0}, RENDERER))
+    return store.write_scene(scene, observe(scene), Outcome({"problems": [], "speed": 0.0}, RENDERER))
 
 
 def write_scenes(root: Path, manifest: Manifest, indices: list[int]) -> None:

@@ -1,5 +1,8 @@
 """From pixels to poses in one call, with a front end that was trained on the toy warehouse."""
 
+import json
+import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,15 +31,16 @@ from warehouse_sim.schema import PoseEstimate
 class GroundTruthBoxes(Detector):
     """A detector that knows the ground truth, and counts how often it is asked."""
 
-    def __init__(self, reader: DatasetReader) -> None:
-        self._reader, self.requested = reader, 0
+    def __init__(self, reader: DatasetReader, kinds: Mapping[str, float] | None = None) -> None:
+        self._reader, self.requested, self._kinds = reader, 0, kinds or {}
 
     def detect(self, image: RgbdImage) -> list[Detection]:
         self.requested += 1
         records = [record for split in self._reader.splits for record in self._reader.images(split)]
         (record,) = [item for item in records if (item.scene_id, item.image_id) == (image.scene_id, image.image_id)]
+        mask = self._reader.mask_visible
         return [
-            Detection(self._reader.mask_visible(record, item.gt_index), score=0.8, class_name="pallet")
+            Detection(mask(record, item.gt_index), score=0.8, class_name="pallet", kind_likelihood=self._kinds)
             for item in record.targets
             if item.pixels_visible > 60 and self._reader.objects[item.obj_id].class_name == "pallet"
         ]
@@ -182,20 +186,28 @@ def test_a_segmenter_needs_boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_a_file_of_detections_takes_the_place_of_a_detector(
     toy_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reader = DatasetReader(toy_root)
-    detector = GroundTruthBoxes(reader)
+    data = shutil.copytree(toy_root, tmp_path / "data")
+    objects = json.loads((data / "objects.json").read_text())
+    objects["2"] = objects["1"] | {"name": "toy-other"}
+    (data / "objects.json").write_text(json.dumps(objects))
+    for models in (data / "bop" / "models", data / "bop" / "models_eval"):
+        shutil.copy(models / "obj_000001.ply", models / "obj_000002.ply")
+        (models / "SHA256SUMS").unlink()
+    reader = DatasetReader(data)
+    detector = GroundTruthBoxes(reader, {"toy-pallet": 0.01, "toy-other": 0.9})
     monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector)
     out = tmp_path / "found.json"
-    words = ["detect", "any", "--data", str(toy_root), "--out", str(out), "--split", "train"]
+    words = ["detect", "any", "--data", str(data), "--out", str(out), "--split", "train"]
     assert main([*words, "--labels", str(tmp_path / "labels"), "--height-px", "2"]) == 0
     assert "pallet" in capsys.readouterr().out
     assert len(read_results(out, reader, "train")) > 0
     monkeypatch.undo()
-    by_file = predict("rectangle-fit", toy_root, "train", PredictConfig(detections=str(out)))
+    by_file = predict("rectangle-fit", data, "train", PredictConfig(detections=str(out)))
     monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector)
-    direct = predict("rectangle-fit", toy_root, "train", PredictConfig(detections="any"))
+    direct = predict("rectangle-fit", data, "train", PredictConfig(detections="any"))
     assert len(by_file) == len(direct) > 0
     for a, b in zip(by_file, direct, strict=True):
         np.testing.assert_allclose(a.T_camera_object, b.T_camera_object, atol=1e-9)
-    boxes = predict("rectangle-fit", toy_root, "train", PredictConfig(detections=str(tmp_path / "labels")))
+        assert a.obj_id == b.obj_id == 2
+    boxes = predict("rectangle-fit", data, "train", PredictConfig(detections=str(tmp_path / "labels")))
     assert boxes == [] or boxes[0].detection is not None

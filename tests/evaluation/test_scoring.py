@@ -274,12 +274,22 @@ def test_an_object_that_its_mesh_contradicts_is_rejected(data, tmp_path, change,
     assert message in str(caught.value)
 
 
-def test_an_estimate_behind_the_camera_is_rejected_by_its_line(data, score):
-    first, second, *rest = estimates_of(data)
-    T = second.T_camera_object.copy()
+def behind(estimate):
+    T = estimate.T_camera_object.copy()
     T[:3, 3] *= -1.0
-    with pytest.raises(EvaluationError, match=r"line 3: the object is behind the camera, z = -\d+"):
-        score([first, replace(second, T_camera_object=T), *rest])
+    return replace(estimate, T_camera_object=T)
+
+
+def test_an_estimate_behind_the_camera_is_wrong_and_all_others_count(data, score):
+    first, second, *rest = estimates_of(data)
+    metrics = score([first, behind(second), *rest]).overall.metrics
+    assert metrics["add_10pct"] == metrics["mssd_10pct"] == 19 / 20
+    assert metrics == score([first, *rest]).overall.metrics
+
+
+def test_predictions_that_all_lie_behind_the_camera_are_in_another_frame(data, score):
+    with pytest.raises(EvaluationError, match=r"method_made-test\.csv: every estimate is behind the camera"):
+        score([behind(item) for item in estimates_of(data)])
 
 
 @pytest.mark.parametrize(("factor", "place"), [(-1.0, "behind"), (0.0, "around")])

@@ -10,7 +10,7 @@ from warehouse_sim.errors import ConfigError, WarehouseSimError
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import load_recipe
 from warehouse_sim.generation.recipe.paired_variants import Variant, base_variant
-from warehouse_sim.generation.scene import sample_settled_scene
+from warehouse_sim.generation.scene import prepare_scene, sample_settled_scene
 from warehouse_sim.geometry.pose import transform_points
 from warehouse_sim.ranges import Range, ranged
 from warehouse_sim.render.renderer import Renderer
@@ -84,6 +84,17 @@ def test_a_sensor_of_another_kind_reads_at_its_own_place_and_disturbs_no_other(
         depth = seen.buffers.depth[v[inside], u[inside]]
         assert np.median(np.abs(depth - points[inside, 2])) < 0.01
         same(first, seen.with_reading("ring", None))
+
+
+def test_the_rays_of_the_preparation_are_taken_whatever_the_light_has_become(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, rig = prepare_scene(load_recipe("smoke"), 0, 0), rig_of_smoke()
+    own = list(observe_scene(prepared.scene, rig, renderer))
+    monkeypatch.delattr("warehouse_sim.generation.observe.RayCaster")
+    given = observe_scene(prepared.scene, rig, renderer, caster=prepared.caster)
+    for one, other in zip(own, given, strict=True):
+        same(one, other)
 
 
 def test_a_further_camera_sees_what_the_second_of_a_pair_sees_from_the_same_place(

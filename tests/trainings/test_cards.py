@@ -5,10 +5,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-import yaml
 
 from trainings import cards
+from trainings.headline import Headline
 from warehouse_sim.resources import data_folder, model_dir, model_names
+from warehouse_sim.yaml_file import read_yaml
 
 NAMES = [name for name in model_names() if not name.endswith(cards.BY_LAYOUT)]
 RENEW = "python -m trainings.cards"
@@ -26,8 +27,18 @@ def test_a_card_is_that_of_the_stored_results(name: str, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("name", model_names())
 def test_every_bundled_weight_has_a_score(name: str) -> None:
-    card = yaml.safe_load((model_dir(name) / "card.yaml").read_text(encoding="utf-8"))
+    card = read_yaml(model_dir(name) / "card.yaml")
     assert re.search(r"\d\.\d %", card["score"])
+
+
+def test_a_new_headline_stands_in_both_cards_beside_the_scores(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(model_dir("densefusion-depth"), tmp_path / "densefusion-depth"))
+    stored = read_yaml(folder / "card.yaml")
+    cards.write(folder, Headline(0.12345, 678))
+    card = read_yaml(folder / "card.yaml")
+    assert card["headline"] == stored["headline"] | {"fraction": 0.1235, "count": 678}
+    assert card | {"headline": 0} == stored | {"headline": 0}
+    assert "12.3 % of 678 pallets" in (folder / "card.md").read_text(encoding="utf-8")
 
 
 def test_the_table_is_that_of_the_stored_results(tmp_path: Path) -> None:

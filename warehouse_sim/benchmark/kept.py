@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.files.checksums import file_sum
 from warehouse_sim.dataset.files.json_file import read_json, write_json
 from warehouse_sim.errors import DatasetError
+from warehouse_sim.estimators.own.program import PROGRAM, words_of
 from warehouse_sim.estimators.own.source import is_own_source, source_file
 from warehouse_sim.resources import data_folder
 
@@ -40,15 +42,20 @@ _DECIDES = ("*.safetensors", "config.yaml", "calibration.yaml", "uncertainty.yam
 def weights_digest(name: str) -> str:
     """Return the SHA-256 of all files that a model's answers depend on; empty where there are none.
 
-    Of a user's own estimator that is the file which holds it.
+    Of a user's own estimator that is the file which holds it; of a program, the files that its command names.
+
+    Raises:
+        InputError: The name is that of a program, and no command.
     """
-    if is_own_source(name):
-        file = source_file(name)
-        return "" if file is None else digest([[file.name, file_digest(file)]])
-    folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
-    files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern)) if folder.is_dir() else []
-    if Path(name).is_file():  # a file of detections
+    if name.startswith(PROGRAM):
+        files = [Path(word) for word in words_of(name.removeprefix(PROGRAM)) if os.path.isfile(word)]
+    elif is_own_source(name):
+        files = [file] if (file := source_file(name)) else []
+    elif Path(name).is_file():  # of detections
         files = [Path(name)]
+    else:
+        folder = Path(name) if Path(name).is_dir() else data_folder("models") / name
+        files = sorted(path for pattern in _DECIDES for path in folder.glob(pattern))
     return digest([[path.name, file_digest(path)] for path in files]) if files else ""
 
 

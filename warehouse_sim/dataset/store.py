@@ -107,8 +107,11 @@ class DatasetStore:
 
     def write_scene(
         self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], outcome: Outcome
-    ) -> None:
+    ) -> SceneRecord:
         """Store one scene in every format; its record comes last and makes it count as complete.
+
+        Returns:
+            The record without observations and objects: what ``finish`` needs of it.
 
         Args:
             scene: The settled scene.
@@ -128,7 +131,8 @@ class DatasetStore:
         write_damaged_meshes(self.root, scene)
         split, path = self.manifest.split_of(scene.scene_index), self._layout.scene_record(scene.scene_index)
         sensors = {name: merged(name, self._kind(name), items, path) for name, items in described.items()}
-        write_scene_record(path, scene, split, recorded, tally.finish(), outcome, sensors)
+        record = write_scene_record(path, scene, split, recorded, tally.finish(), outcome, sensors)
+        return replace(record, observations=(), objects=())
 
     def take_over_scene(
         self, scene: SceneSpec, observations: Iterable[Observation | ObservationFiles], source: Path
@@ -181,11 +185,12 @@ class DatasetStore:
         for scene_writer in scene_writers:
             scene_writer.finish()
 
-    def finish(self, skipped: Collection[int] = ()) -> Manifest:
+    def finish(self, skipped: Collection[int] = (), written: Sequence[SceneRecord] = ()) -> Manifest:
         """Store what needs all scenes, the card and, last of all, the manifest.
 
         Args:
             skipped: Scenes that the dataset is to do without; what was begun of them is deleted.
+            written: What ``write_scene`` returned; records of other scenes are read.
 
         Raises:
             DatasetError: Another scene is missing, or all are.
@@ -196,20 +201,24 @@ class DatasetStore:
         for index in pending:
             discard_scene(self.root, self.manifest, index)
         remove_temporaries(self.root)  # of workers that were killed
-        return (self if not pending else DatasetStore(self.root, self.manifest.without(pending)))._finish()
+        return (self if not pending else DatasetStore(self.root, self.manifest.without(pending)))._finish(written)
 
-    def _finish(self) -> Manifest:
+    def _finish(self, written: Sequence[SceneRecord]) -> Manifest:
         for writer in self._writers:
             writer.finish()
-        records = {index: read_scene_record(self.root, index, objects=False) for index in self.manifest.scene_indices}
-        table = split_table(
-            {name: [records[index].observations for index in found] for name, found in self.manifest.splits.items()}
-        )
+        known = {record.scene_index: record for record in written}
+        records = {
+            index: known.get(index) or read_scene_record(self.root, index, objects=False)
+            for index in self.manifest.scene_indices
+        }
+        tallies = {
+            name: put_together(records[index] for index in found) for name, found in self.manifest.splits.items()
+        }
         every = list(records.values())
         manifest = replace(
             self.manifest,
             renderers=tuple(sorted({record.renderer for record in every})),
-            split_table=table,
+            split_table=split_table(tallies),
             contents=replace(self.manifest.contents, readings=self._readings(every)),
         )
         self._write_card(manifest, every)

@@ -91,7 +91,8 @@ def found_object(item: Detection, image: RgbdImage) -> FoundObject:
         left, top, right, bottom = item.box_xyxy
         # A box holds pixel centres, which lie half a pixel within its edges.
         edges = (left + 0.5, top + 0.5, right + 0.5, bottom + 0.5)
-    return FoundObject(image.scene_id, image.image_id, item.score, item.class_name, item.model, edges, item.mask)
+    place = image.scene_id, image.image_id
+    return FoundObject(*place, item.score, item.class_name, item.model, edges, item.mask, item.kind_likelihood)
 
 
 def detection(item: FoundObject) -> Detection:
@@ -100,7 +101,8 @@ def detection(item: FoundObject) -> Detection:
     if item.edges is not None:
         left, top, right, bottom = item.edges
         box = (left - 0.5, top - 0.5, right - 0.5, bottom - 0.5)
-    return Detection(item.mask, item.model, item.score, box_xyxy=box, class_name=item.class_name)
+    kinds = item.kind_likelihood
+    return Detection(item.mask, item.model, item.score, box_xyxy=box, class_name=item.class_name, kind_likelihood=kinds)
 
 
 class StoredDetections(Detector):

@@ -62,7 +62,7 @@ class ScoredEstimates:
         return round(float(np.mean(list(times.values()))), 6) if times else None
 
     def check(self, images: Sequence[ImageRecord], split: str, reader: DatasetReader) -> None:
-        """Reject what cannot be scored: strange images and objects, another unit, poses that no camera sees.
+        """Reject what cannot be scored: strange images and objects, another unit or frame.
 
         Args:
             images: Of the split.
@@ -169,13 +169,11 @@ def _check_geometry(images: Sequence[ImageRecord], objects: Mapping[int, ObjectI
 
 
 def _check_in_front(given: ScoredEstimates, objects: Mapping[int, ObjectInfo]) -> None:
-    """Reject estimates of which nothing lies in front of the camera."""
-    for number, estimate in enumerate(given.estimates):
-        if _behind(estimate.T_camera_object, objects[estimate.obj_id]):
-            raise EvaluationError(
-                f"{given.place(number)}: the object is behind the camera, "
-                f"z = {1000.0 * estimate.T_camera_object[2, 3]:.6g} mm; poses have z forward, in the frame of OpenCV"
-            )
+    """Reject predictions that all lie behind the camera: they are in another frame."""
+    if given.estimates and all(_behind(item.T_camera_object, objects[item.obj_id]) for item in given.estimates):
+        raise EvaluationError(
+            f"{given.name}: every estimate is behind the camera; poses have z forward, in the frame of OpenCV"
+        )
 
 
 def _behind(T_camera_object: Transform, info: ObjectInfo) -> bool:

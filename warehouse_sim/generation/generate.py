@@ -13,7 +13,7 @@ from warehouse_sim.config import to_mapping
 from warehouse_sim.dataset.discard import discard_dataset
 from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.store import DatasetStore
-from warehouse_sim.dataset.stored.scene_record import Outcome
+from warehouse_sim.dataset.stored.scene_record import Outcome, SceneRecord
 from warehouse_sim.errors import OutputError
 from warehouse_sim.generation.executor import Work, make_scenes
 from warehouse_sim.generation.observe import observe_scene
@@ -79,20 +79,23 @@ def generate(
         progress(len(wanted) - len(pending), len(wanted))
         allowance.require_room(len(wanted) - len(pending), len(wanted))
         made = make_scenes(work, config.seed, pending, config.workers, limit_s, skip)
+        written = list[SceneRecord]()
         with closing(made):
-            for finished, _ in enumerate(made, start=len(wanted) - len(pending) + 1):
+            for finished, (_, record) in enumerate(made, start=len(wanted) - len(pending) + 1):
+                written.append(record)
                 progress(finished, len(wanted))
                 allowance.require_room(finished, len(wanted))
         if config.shard is None:
-            return store.finish(skipped)
+            return store.finish(skipped, written)
     return manifest.without(skipped) if len(skipped) < manifest.scenes else manifest
 
 
-def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
-    """Draw a scene and store it, whatever other scenes are there."""
+def make_scene(job: Job, scene_index: int, renderer: Renderer) -> SceneRecord:
+    """Draw a scene and store it, whatever other scenes are there; return what is needed of it to finish the dataset."""
     prepared = prepare_scene(job.recipe, job.manifest.seed, scene_index)
     rig = storable(job.recipe.sensors, job.manifest.formats)
-    observations = observe_scene(prepared.scene, rig, renderer, prepared.variants, bool(job.manifest.contents.levelled))
+    level = bool(job.manifest.contents.levelled)
+    observations = observe_scene(prepared.scene, rig, renderer, prepared.variants, level, prepared.caster)
     store = DatasetStore(job.root, job.manifest)
     outcome = Outcome(
         to_mapping(prepared.settle),
@@ -101,7 +104,7 @@ def make_scene(job: Job, scene_index: int, renderer: Renderer) -> None:
         paired_variants=[(variant.name, variant.scene) for variant in prepared.variants[1:]],
         accessibility=accessibility(prepared.scene, TRUCKS[prepared.truck]),
     )
-    store.write_scene(prepared.scene, observations, outcome)
+    return store.write_scene(prepared.scene, observations, outcome)
 
 
 @contextmanager

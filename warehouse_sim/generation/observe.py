@@ -51,16 +51,19 @@ class Instruments:
     """Film as sensors with a light of their own meet it."""
 
     @classmethod
-    def of(cls, scene: SceneSpec, base: "Instruments | None", change: SceneChange) -> "Instruments":
+    def of(
+        cls, scene: SceneSpec, base: "Instruments | None", change: SceneChange, caster: RayCaster | None
+    ) -> "Instruments":
         """Return those of a scene; what ``change`` leaves alone is that of the base, whose paired variant the scene is.
 
         Args:
             scene: Settled and lit.
             base: Those of the scene that it is a paired variant of; None when it is no paired variant.
             change: What differs from the base's scene.
+            caster: Rays against the scene, where there are such and no base.
         """
         unmoved = base if base and not (change.objects or change.surfaces) else None
-        caster = unmoved.caster if unmoved else RayCaster(scene)
+        caster = unmoved.caster if unmoved else caster or RayCaster(scene)
         sight = unmoved.sight if unmoved else FilmSight(scene)
         film = base.film if base and not change.objects else FilmCaster(scene)
         same_exposure = base and (base.scene.exposure, base.scene.lighting) == (scene.exposure, scene.lighting)
@@ -97,10 +100,17 @@ class Stage:
         renderer: Renders scenes, which are loaded into it here.
         camera: The rig's.
         wanted: What is to be made.
+        caster: Rays against the first scene, where there are such.
     """
 
-    def __init__(self, renderer: Renderer, camera: PinholeCamera, wanted: tuple[Output, ...] = USUAL) -> None:
-        self._camera, self._wanted = camera, wanted
+    def __init__(
+        self,
+        renderer: Renderer,
+        camera: PinholeCamera,
+        wanted: tuple[Output, ...] = USUAL,
+        caster: RayCaster | None = None,
+    ) -> None:
+        self._camera, self._wanted, self._caster = camera, wanted, caster
         self._renderer = renderer if camera.distortion is None else LensRenderer(renderer)
         self._base: Instruments | None = None
         """Those of the first scene, whose paired variants the others are."""
@@ -121,7 +131,7 @@ class Stage:
         """
         change = SceneChange.between(None if self._base is None else self._base.scene, variant.scene)
         if self._last is None or self._last.scene is not variant.scene:
-            self._last = Instruments.of(variant.scene, self._base, change)
+            self._last = Instruments.of(variant.scene, self._base, change, self._caster if self._base is None else None)
             self._base = self._base or self._last
         lit = variant.scene.seen_from(viewpoint)
         shown = self._loaded
@@ -140,7 +150,12 @@ Readings = Mapping[str, MountedReading[Reading]]
 
 
 def observe_scene(
-    scene: SceneSpec, rig: RigConfig, renderer: Renderer, variants: Sequence[Variant] = (), level: bool = False
+    scene: SceneSpec,
+    rig: RigConfig,
+    renderer: Renderer,
+    variants: Sequence[Variant] = (),
+    level: bool = False,
+    caster: RayCaster | None = None,
 ) -> Iterator[Observation]:
     """Yield one observation for each viewpoint of a settled scene; with variants, all viewpoints for each of them.
 
@@ -153,12 +168,13 @@ def observe_scene(
         renderer: Renders the scene, which is loaded into it here.
         variants: The scene and its paired variants, see ``make_variants``; by default the scene alone.
         level: Whether observations of a tilted camera have that of a level one, too.
+        caster: Rays against the scene, in whatever light; made here by default.
 
     Raises:
         ValueError: A level camera is requested, but does not see what the tilted one sees.
     """
     variants = variants or (base_variant(scene, SensorChoice("", rig.rgbd)),)
-    stage = Stage(renderer, rig.make_camera(), rig.wanted)
+    stage = Stage(renderer, rig.make_camera(), rig.wanted, caster)
     first: list[tuple[_Unlit, _Unlit | None]] = []
     errors = None
     if rig.calibration is not None:

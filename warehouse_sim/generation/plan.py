@@ -38,7 +38,6 @@ from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.level_view import reach
 from warehouse_sim.ranges import Range, Seed, ranged
-from warehouse_sim.render.raycaster import RayCaster
 from warehouse_sim.resources import data_folder
 from warehouse_sim.scene.draft import Area
 from warehouse_sim.scene.packing.pallet_choice import all_pallets
@@ -252,8 +251,8 @@ def scene_features(recipe: Recipe, seed: int, scene_index: int) -> Float[np.ndar
     Raises:
         SettleError: The scene does not stand in any attempt.
     """
-    scene, camera = prepare_scene(recipe, seed, scene_index).scene, recipe.sensors.make_camera()
-    caster = RayCaster(scene)
+    prepared, camera = prepare_scene(recipe, seed, scene_index), recipe.sensors.make_camera()
+    scene, caster = prepared.scene, prepared.caster
     area = Area(*scene.aisle) if scene.aisle is not None else Area(0.0, 0.0, 0.0, 0.0)
     occluded = OccludedScene(scene, caster, camera, area, recipe.scene.viewpoints.clearance)
     fractions, distances = [], []

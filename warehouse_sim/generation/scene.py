@@ -83,6 +83,8 @@ class PreparedScene:
     """How requests for a visible fraction were met; None when there were none."""
     truck: Truck
     """What takes pallets in its aisle."""
+    caster: RayCaster
+    """Rays against the scene itself."""
 
     @property
     def scene(self) -> SceneSpec:
@@ -113,4 +115,4 @@ def prepare_scene(recipe: Recipe, seed: int, scene_index: int) -> PreparedScene:
     sensor = recipe.sensors.sample_sensor(sampled.stream("sensor"))
     occluders = [() for _ in scene.viewpoints] if occlusion is None else [item.placed for item in occlusion.requests]
     variants = make_variants(relight(scene, {}), recipe.paired_variants, sensor, occluders, relight)
-    return PreparedScene(variants, sampled.report, occlusion, settings.layout.truck)
+    return PreparedScene(variants, sampled.report, occlusion, settings.layout.truck, caster)

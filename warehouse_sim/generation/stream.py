@@ -79,7 +79,8 @@ def _observations(made: Iterator[tuple[int, list[Observation]]], skipped: int) -
 
 def _make_scene(job: _Job, scene_index: int, renderer: Renderer) -> list[Observation]:
     prepared = prepare_scene(job.recipe, job.seed, scene_index)
-    return [as_stored(item) for item in observe_scene(prepared.scene, job.recipe.sensors, renderer, prepared.variants)]
+    scene, variants, rig = prepared.scene, prepared.variants, job.recipe.sensors
+    return [as_stored(item) for item in observe_scene(scene, rig, renderer, variants, caster=prepared.caster)]
 
 
 @contextmanager

@@ -31,7 +31,9 @@ def noisy(reader: DatasetReader, split: str, seed: int = 0) -> list[FoundObject]
             name = reader.objects[target.obj_id].class_name
             for _ in range(int(rng.integers(3))):
                 box = tuple(float(value) for value in edges)
-                found.append(FoundObject(image.scene_id, image.image_id, float(rng.random()), name, None, box, mask))
+                kinds = {"epal1": 1.0 / 3.0, "of another dataset": 1.0} if len(found) % 2 else {}
+                place = image.scene_id, image.image_id
+                found.append(FoundObject(*place, float(rng.random()), name, None, box, mask, kinds))
     return found
 
 
@@ -45,6 +47,8 @@ def test_what_is_written_is_read(images_root: Path, tmp_path: Path) -> None:
         assert (a.scene_id, a.image_id, a.score, a.class_name) == (b.scene_id, b.image_id, b.score, b.class_name)
         np.testing.assert_allclose(a.edges, b.edges)
         np.testing.assert_array_equal(a.mask, b.mask)
+        assert a.kind_likelihood == b.kind_likelihood
+    assert any(item.kind_likelihood for item in again)
     assert read_results(tmp_path / "found.json", reader, "test") == []
 
 
@@ -181,6 +185,9 @@ def test_label_files_are_those_of_the_yolo_folder(images_root: Path, tmp_path: P
     assert len(of_others) == len(gt)
 
 
+BOX = {"image_id": 0, "category_id": 1, "score": 1, "bbox": [0, 0, 1, 1]}
+
+
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
@@ -191,6 +198,9 @@ def test_label_files_are_those_of_the_yolo_folder(images_root: Path, tmp_path: P
         ([{"image_id": 0, "category_id": 1, "score": 1}], "neither a bbox"),
         ([{"image_id": 0, "category_id": 1, "score": 1, "bbox": [0, 0, 1]}], "4 numbers"),
         ([{"image_id": 0, "category_id": 1, "score": 1, "segmentation": {"size": [1, 1], "counts": [1]}}], "size"),
+        ([{**BOX, "kind_likelihood": {"epal1": 1.5}}], "kind_likelihood: epal1 must be 0 to 1"),
+        ([{**BOX, "kind_likelihood": {"epal1": True}}], "kind_likelihood: epal1 must be of type float"),
+        ([{**BOX, "kind_likelihood": ["epal1"]}], "kind_likelihood must be of type dict"),
         ([7], "image_id"),
     ],
 )

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.reader import DatasetReader, ImageRecord, TargetRecor
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.estimators.detections import GT
-from warehouse_sim.estimators.own.program import PROGRAM
+from warehouse_sim.estimators.own.program import PROGRAM, words_of
 from warehouse_sim.estimators.own.source import is_own_source
 from warehouse_sim.estimators.registries import ESTIMATORS
 from warehouse_sim.estimators.settings import PredictConfig
@@ -234,8 +234,11 @@ def entrant(name: str) -> Group:
     path = Path(name)
     if path.suffix == ".csv" or (path.is_dir() and not (path / "config.yaml").is_file() and any(path.glob("*.csv"))):
         return Group(path.stem, (ResultFile(path.stem, path),))
-    if is_own_source(name) or name.startswith(PROGRAM):
-        shown = name if name.startswith(PROGRAM) else path.name  # results name no folder of this machine
+    if name.startswith(PROGRAM):
+        words_of(name.removeprefix(PROGRAM))  # what is no command is rejected before anything is made
+        return Group(name, (Evaluated(name, Way(name, PredictConfig())),))
+    if is_own_source(name):
+        shown = path.name  # results name no folder of this machine
         return Group(shown, (Evaluated(shown, Way(name, PredictConfig())),))
     way = way_of(name)
     known = {*model_names(), *ESTIMATORS.names()}

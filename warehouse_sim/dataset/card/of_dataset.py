@@ -111,7 +111,7 @@ def _motion(word: str) -> str:
     return {"ignored": "left out", "raw": "left in the points"}.get(word, "put right")
 
 
-def put_together(records: Sequence[SceneRecord]) -> Tally:
+def put_together(records: Iterable[SceneRecord]) -> Tally:
     """Return the tally of all scenes."""
     tally = Tally()
     for record in records:

@@ -7,7 +7,7 @@ and several pallets are one shape.
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Annotated, Any, Self
@@ -15,7 +15,6 @@ from typing import Annotated, Any, Self
 import numpy as np
 
 from warehouse_sim.dataset.files.record import Name, Record, Whole
-from warehouse_sim.dataset.stored.observation_record import RecordedObservation
 from warehouse_sim.ranges import Range
 from warehouse_sim.schema import Material, ObjectInstance, ObjectModel, Observation, SceneSpec
 from warehouse_sim.schema.things import is_damaged
@@ -56,29 +55,6 @@ BINS: dict[str, tuple[float, ...]] = {
     "lux": (0.0, 10.0, 30.0, 100.0, 200.0, 300.0, 500.0, 1000.0, 5000.0),
 }
 """Edges of the bins; the last bin takes what lies beyond. Distance in m; lux on the target's visible surface."""
-
-
-def split_table(splits: dict[str, Iterable[Sequence[RecordedObservation]]]) -> dict[str, Any]:
-    """Return, for each split, how many scenes, observations and labelled targets it has, and targets by bin.
-
-    Args:
-        splits: The observations of every scene of each split.
-    """
-    return {"bins": {name: list(edges) for name, edges in BINS.items()}} | {
-        name: _row(list(scenes)) for name, scenes in splits.items()
-    }
-
-
-def _row(scenes: list[Sequence[RecordedObservation]]) -> dict[str, Any]:
-    observations = [item for scene in scenes for item in scene]
-    targets = [target for item in observations for target in item.targets]
-    values = {
-        "visible_fraction": [item.visible_fraction for item in targets],
-        "distance": [item.distance for item in targets],
-        "lux": [item.illuminance for item in targets if item.illuminance is not None],
-    }
-    counts = {name: count_in_bins(found, name) for name, found in values.items()}
-    return {"scenes": len(scenes), "observations": len(observations), "targets": len(targets), **counts}
 
 
 def count_in_bins(values: Sequence[float], name: str) -> list[int]:
@@ -149,6 +125,18 @@ class Tally:
         return sum(count.labels for count in self.looks.values())
 
 
+def split_table(splits: Mapping[str, Tally]) -> dict[str, Any]:
+    """Return, for each split, how many scenes, observations and labelled targets it has, and targets by bin.
+
+    Args:
+        splits: What each split holds.
+    """
+    return {"bins": {name: list(edges) for name, edges in BINS.items()}} | {
+        name: {"scenes": held.scenes, "observations": held.observations, "targets": held.labels, **held.bins}
+        for name, held in splits.items()
+    }
+
+
 @dataclass(frozen=True)
 class _LookRow(Record):
     """One look and how often it occurs, as a scene's record holds it."""
@@ -180,8 +168,7 @@ class TallyRecord(Record):
     @classmethod
     def of(cls, tally: Tally) -> Self:
         """Return what is stored of a tally."""
-        ordered = sorted(tally.looks, key=lambda look: (look.class_name, look.obj_id, look.mesh, look.look))
-        looks = tuple(_LookRow(**vars(look), **vars(tally.looks[look])) for look in ordered)
+        looks = tuple(_LookRow(**vars(look), **vars(count)) for look, count in tally.looks.items())
         bins = {name: tuple(counts) for name, counts in tally.bins.items()}
         return cls(tally.observations, tally.points, bins, looks)
 
@@ -242,6 +229,8 @@ class SceneTally:
                 count.placed += first
                 count.seen += first and item.instance_id in seen
                 count.labels += labels[item.instance_id]
+        ordered = sorted(self._tally.looks, key=lambda look: (look.class_name, look.obj_id, look.mesh, look.look))
+        self._tally.looks = {look: self._tally.looks[look] for look in ordered}
         return self._tally
 
 

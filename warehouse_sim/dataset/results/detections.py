@@ -6,7 +6,7 @@ label file of YOLO's is of one image, with a row ``class x y w h score`` for eac
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,8 @@ class FoundObject:
     """Left, top, right, bottom of its box (px): a pixel (u, v) reaches from (u, v) to (u + 1, v + 1)."""
     mask: Bool[np.ndarray, "h w"] | None = None
     """Its pixels."""
+    kind_likelihood: Mapping[str, float] = field(default_factory=dict)
+    """How likely what is seen is of each object, 0-1, by its name; empty if not stated."""
 
 
 _PIXELS = Span(-1e6, 1e6)
@@ -93,6 +95,8 @@ def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReade
             row["object"] = item.model
         if item.mask is not None:
             row["segmentation"] = compressed(run_lengths(item.mask))
+        if item.kind_likelihood:
+            row["kind_likelihood"] = dict(item.kind_likelihood)
         rows.append(row)
     write_json(path, rows)
 
@@ -154,7 +158,9 @@ def _read_row(
     if edges is None and mask is None:
         raise DatasetError(f"{where}: has neither a bbox nor a segmentation of run lengths")
     score = take(row, "score", float, where, FRACTIONS)
-    return FoundObject(image.scene_id, image.image_id, score, class_name, model, edges, mask)
+    likely = take_if_given(row, "kind_likelihood", dict, where) or {}
+    kinds = {name: take(likely, name, float, f"{where}: kind_likelihood", FRACTIONS) for name in likely}
+    return FoundObject(image.scene_id, image.image_id, score, class_name, model, edges, mask, kinds)
 
 
 def _class_names(reader: DatasetReader) -> set[str]:

@@ -142,8 +142,8 @@ def write_scene_record(
     tally: Tally,
     outcome: Outcome,
     readings: Mapping[str, ReadingContents],
-) -> None:
-    """Write the record of a settled scene.
+) -> SceneRecord:
+    """Write the record of a settled scene, and return it.
 
     Args:
         path: The record's file.
@@ -177,6 +177,7 @@ def write_scene_record(
         objects=tuple(_recorded_object(scene, item, outcome) for item in sorted(scene.instances, key=_number)),
     )
     write_json(path, record.row(), depth=2)
+    return record
 
 
 def _number(item: ObjectInstance) -> int:

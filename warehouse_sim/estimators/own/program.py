@@ -55,7 +55,7 @@ class ProgramEstimator(PoseEstimator):
     learns_objects = True
 
     def __init__(self, command: str, timeout: float = 60.0) -> None:
-        words = _split(command)
+        words = words_of(command)
         self.__name__, self._called = Path(words[0]).name, f"program {shown(command)}"
         self._timeout, self._line = timeout, 0
         self._folder = tempfile.TemporaryDirectory(prefix="warehouse-sim-")
@@ -248,7 +248,12 @@ def _end(process: "subprocess.Popen[str]", folder: "tempfile.TemporaryDirectory[
     folder.cleanup()
 
 
-def _split(command: str) -> list[str]:
+def words_of(command: str) -> list[str]:
+    """Return the program and its arguments, as a shell splits them.
+
+    Raises:
+        InputError: There are none, or a quotation has no end.
+    """
     try:
         words = shlex.split(command)
     except ValueError as problem:

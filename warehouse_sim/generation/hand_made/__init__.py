@@ -179,7 +179,7 @@ def observe(
     with open_renderer(backend) as renderer:
         return [
             Take(observation, lit, rig, renderer.description, backend, made, recipe)
-            for observation in observe_scene(lit, rig, renderer, (variant,))
+            for observation in observe_scene(lit, rig, renderer, (variant,), caster=caster)
         ]
 
 
