@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.dataset.toy import PALLET
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell, SurfaceCells, VisibleSurfaces
-from warehouse_sim.estimators.pose.icp.surface import CadSurface, Triangles, build_surface, inside
+from warehouse_sim.estimators.pose.icp.surface import CadSurface, Triangles, build_surface, inside, seeded_surface
 from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.mesh import TriangleMesh, unit_box
 from warehouse_sim.geometry.pose import make_transform, transform_points
@@ -174,3 +174,13 @@ def test_closest_points_are_those_of_trimesh() -> None:
     offset, height = Triangles(corners, normals).offset(points, np.arange(400))
     np.testing.assert_allclose(points - offset, expected, atol=1e-9)
     np.testing.assert_allclose(height, ((points - corners[:, 0]) * normals).sum(axis=1), atol=1e-12)
+
+
+def test_a_cad_model_is_sampled_once_whoever_reads_it() -> None:
+    box, again = unit_box(), TriangleMesh(unit_box().vertices.copy(), unit_box().faces.copy())
+    surface = seeded_surface(box, 3, 7)
+    assert seeded_surface(again, 3, 7) is surface
+    np.testing.assert_array_equal(surface.points, build_surface(box, 20_000, np.random.default_rng([7, 3])).points)
+    larger = TriangleMesh(2.0 * box.vertices, box.faces)
+    assert seeded_surface(larger, 3, 7).size == pytest.approx(2.0 * surface.size, rel=0.01)
+    assert not np.array_equal(seeded_surface(box, 4, 7).points, surface.points)

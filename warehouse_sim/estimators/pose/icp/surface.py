@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -165,6 +165,14 @@ class CadSurface:
 
 def seeded_surface(mesh: TriangleMesh, obj_id: int, seed: int, count: int = 20_000) -> CadSurface:
     """Return the surface of an object, the same for each number and seed; ``count`` as ``build_surface``."""
+    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+    return _seeded_surface(vertices.tobytes(), faces.tobytes(), obj_id, seed, count)
+
+
+@lru_cache(maxsize=64)
+def _seeded_surface(vertices: bytes, faces: bytes, obj_id: int, seed: int, count: int) -> CadSurface:
+    """Return the surface of a mesh by its content: estimators of one process share those of the same CAD."""
+    mesh = TriangleMesh(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
     return build_surface(mesh, count, np.random.default_rng([seed, obj_id]))
 
 
