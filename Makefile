@@ -10,13 +10,13 @@ QUICK := annotate catalog evaluation geometry learning schema sensors
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
-	@echo "make test       the test suite (about ten minutes on 2 cores)"
+	@echo "make test       the test suite (about nine minutes on 2 cores)"
 	@echo "make test-quick  its tests without OpenGL in the rooms $(QUICK) (under a minute on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (minutes on 2 cores)"
 	@echo "make test-ecosystem  our files opened by other people's tools, which it installs into .venv-ecosystem"
 	@echo "make lint       ruff, mypy, import-linter, words of the glossary, numbers of the pages"
-	@echo "make docs       the documentation as a site in build/docs, every link checked (half a minute)"
+	@echo "make docs       the documentation as a site in build/docs, every link checked, the code of pages and examples run (two minutes)"
 	@echo "make package    wheel and sdist into dist/, built and tried"
 	@echo "make bench      every suite of the benchmark at its small size: data, predictions, scores, out/bench/results"
 	@echo "make speed      CPU time of frames, observations and files, with other renderers in the same run"
@@ -26,7 +26,7 @@ demo: .venv/.ready-demo
 	$(BIN)/warehouse-sim demo --out $(OUT)
 
 test: .venv/.ready-dev
-	$(PYTEST) -m "not slow and not ecosystem" --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -m "not slow and not ecosystem and not pages" --dist loadfile --no-loadscope-reorder
 
 test-quick: .venv/.ready-dev
 	$(PYTEST) -m "not slow and not ecosystem and not gl" --dist loadfile $(QUICK:%=tests/%)
@@ -69,6 +69,7 @@ lint: .venv/.ready-dev
 docs: .venv/.ready-dev .venv/.ready-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --conf-dir docs/site --builder html . build/docs
 	$(BIN)/python -m docs.site.check build/docs
+	$(PYTEST) -m "pages and not slow" --dist load tests/docs tests/test_docs.py tests/test_examples.py
 
 # Wheel, sdist and bill of materials into dist/, tried in an empty environment, elsewhere.
 package: .venv/.ready-dev

@@ -14,7 +14,7 @@ settings.load_profile("steady")  # the same examples every time, on any machine
 
 
 LONGEST = (
-    "benchmark", "test_models.py", "hostile", "third_party", "test_docs.py", "docs", "generation", "test_examples.py",
+    "benchmark", "test_models.py", "hostile", "third_party", "docs", "generation",
     "test_whole_way.py", "api", "cli", "benchmarks", "estimators", "render", "dataset", "scene",
 )  # fmt: skip
 """What takes longest, folders and files: begun first, so that no process is left with one of them at the end."""

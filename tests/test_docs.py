@@ -65,6 +65,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.gl
+@pytest.mark.pages
 @pytest.mark.parametrize(
     "page", [pytest.param(page, id=page.name, marks=[pytest.mark.slow] * (page.name == LONGEST)) for page in PAGES]
 )

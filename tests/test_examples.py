@@ -36,6 +36,7 @@ SLOW = {"07_train_on_stream"}
 
 
 @pytest.mark.gl
+@pytest.mark.pages
 @pytest.mark.parametrize(
     "path", [pytest.param(path, marks=pytest.mark.slow if path.stem in SLOW else (), id=path.stem) for path in EXAMPLES]
 )

@@ -24,6 +24,7 @@ SMALL = {
 
 
 @pytest.mark.gl
+@pytest.mark.pages
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page.stem in SLOW else [], id=page.stem) for page in PAGES],
