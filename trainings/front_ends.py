@@ -38,6 +38,7 @@ from warehouse_sim.estimators.segmenters.segnet.settings import SegmenterConfig
 from warehouse_sim.estimators.train import train, trainable
 from warehouse_sim.learning.settings import LoopConfig
 from warehouse_sim.learning.trainable import TrainableNetwork
+from warehouse_sim.processes import prepare_worker
 
 _AT_ONCE = 4
 """Datasets that are generated side by side: the meshes of a dataset are made by one process."""
@@ -229,7 +230,7 @@ def read_ahead(name: str, plan: Plan, folder: Path, pose_folder: Path | None, ca
 def _at_once(works: Sequence[Callable[[], object]], processes: int) -> None:
     if not works:
         return
-    with ProcessPoolExecutor(max(1, processes), get_context("spawn")) as pool:
+    with ProcessPoolExecutor(max(1, processes), get_context("spawn"), prepare_worker) as pool:
         for future in [pool.submit(work) for work in works]:
             future.result()
 
