@@ -3,6 +3,8 @@ BIN := .venv/bin
 OUT ?= out/demo
 # Two processes, each with a core: more threads only spin. Compiled files are kept, as tests start many processes.
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+# A test that hangs shows where, and its process ends; the slow ones and a debugger take their time.
+HANGS := -o faulthandler_timeout=1500 -o faulthandler_exit_on_timeout=true
 # Rooms whose tests take seconds, for the inner loop.
 QUICK := annotate catalog evaluation geometry learning schema sensors
 
@@ -26,7 +28,7 @@ demo: .venv/.ready-demo
 	$(BIN)/warehouse-sim demo --out $(OUT)
 
 test: .venv/.ready-dev
-	$(PYTEST) -m "not slow and not ecosystem and not pages" --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -m "not slow and not ecosystem and not pages" $(HANGS) --dist loadfile --no-loadscope-reorder
 
 test-quick: .venv/.ready-dev
 	$(PYTEST) -m "not slow and not ecosystem and not gl" --dist loadfile $(QUICK:%=tests/%)
@@ -69,7 +71,7 @@ lint: .venv/.ready-dev
 docs: .venv/.ready-dev .venv/.ready-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --conf-dir docs/site --builder html . build/docs
 	$(BIN)/python -m docs.site.check build/docs
-	$(PYTEST) -m "pages and not slow" --dist load tests/docs tests/test_docs.py tests/test_examples.py
+	$(PYTEST) -m "pages and not slow" $(HANGS) --dist load tests/docs tests/test_docs.py tests/test_examples.py
 
 # Wheel, sdist and bill of materials into dist/, tried in an empty environment, elsewhere.
 package: .venv/.ready-dev

@@ -155,6 +155,8 @@ def _of_front_end(name: str) -> tuple[list[str], dict[str, Any]]:
     """Return the lines of the scores of what finds objects, and what programs read."""
     layouts = _in_layouts(name)
     found = [*_in_suites(name), *layouts]
+    if not found and name not in _CHAINS:
+        raise SystemExit(f"{name}: no stored result scores it; run a suite that does, or name its chain in _CHAINS")
     if not found:
         return _of_chain(_CHAINS[name])
     lines = [

@@ -66,3 +66,8 @@ def test_a_number_of_a_suite_stands_in_the_card_and_the_table() -> None:
     for path in (model_dir("densefusion-depth") / "card.md", data_folder("models") / "README.md"):
         lines = path.read_text(encoding="utf-8").splitlines()
         assert any(cell in line for line in lines if "densefusion-depth+verify" in line), path
+
+
+def test_what_no_result_scores_has_no_card() -> None:
+    with pytest.raises(SystemExit, match="detector-new: no stored result scores it"):
+        cards._of_front_end("detector-new")

@@ -23,7 +23,7 @@ class Triangles:
     """Triangles that points are measured from, each with what does not depend on the point.
 
     Args:
-        corners: Their corners.
+        corners: Their corners. One without an area has no normal, and must not be measured from: no sample lies on it.
         normals: Their unit normals.
     """
 
