@@ -6,8 +6,8 @@ import time
 from pathlib import Path
 
 
-def descendants(pid: int) -> set[int]:
-    """Return the living processes that ``pid`` started, and those that they started."""
+def _children() -> dict[int, list[int]]:
+    """Return the living processes by the one that started them."""
     children: dict[int, list[int]] = {}
     for number in filter(str.isdigit, os.listdir("/proc")):
         try:
@@ -16,11 +16,22 @@ def descendants(pid: int) -> set[int]:
             continue
         if state != "Z":
             children.setdefault(int(parent), []).append(int(number))
-    found, wave = set(), [pid]
+    return children
+
+
+def descendants(pid: int) -> set[int]:
+    """Return the living processes that ``pid`` started, and those that they started."""
+    children, found, wave = _children(), set(), [pid]
     while wave:
         wave = [child for parent in wave for child in children.get(parent, [])]
         found.update(wave)
     return found
+
+
+def scene_workers(pid: int) -> list[int]:
+    """Return the living processes that make scenes for ``pid``: those that its fork server has forked."""
+    servers = [child for child in _children().get(pid, []) if "multiprocessing.forkserver" in command_line(child)]
+    return sorted(worker for server in servers for worker in _children().get(server, []))
 
 
 def command_line(pid: int) -> str:

@@ -17,13 +17,13 @@ _PR_SET_PDEATHSIG = 1
 def end_at_once_with_parent() -> None:
     """Let the system kill this process when its parent ends, however busy it is; elsewhere than on Linux do nothing.
 
-    The system takes the parent's thread that started this process for the parent: that must be its main thread.
+    Where one process forks others for the parent, it must end with the parent, as that of multiprocessing does.
     """
     parent = parent_process()
     if sys.platform != "linux" or parent is None:
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent.pid:  # It ended before the check.
+    if connection.wait([parent.sentinel], 0.0):  # It ended before.
         os._exit(1)
 
 
@@ -51,9 +51,14 @@ _KEPT_BYTES = 128 << 20
 def prepare_worker() -> None:
     """Let the process end with its parent, and give it one thread in every library: more would fight for processors."""
     end_with_parent()
+    one_thread_each()
+    keep_freed_memory()
+
+
+def one_thread_each() -> None:
+    """Give this process one thread in every library that is imported from now on."""
     for variable in ("LP_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
-    keep_freed_memory()
 
 
 def keep_freed_memory() -> None:

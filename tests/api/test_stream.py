@@ -9,7 +9,7 @@ import pytest
 from torch.utils.data import DataLoader, IterableDataset
 
 import warehouse_sim as ws
-from tests.processes import descendants
+from tests.processes import scene_workers
 from tests.shared import Shared
 from warehouse_sim.errors import WarehouseSimError
 
@@ -21,7 +21,6 @@ def depth(obs: ws.Observation) -> np.ndarray:
 
 
 def test_a_loop_and_a_loader_take_what_files_hold_and_leave_no_maker(shared: Shared) -> None:
-    before = descendants(os.getpid())
     files = [depth(obs) for obs in ws.Dataset(shared.dataset(shared.bare, scenes=3, formats=("bop",)))]
     endless = ws.stream(shared.bare, depth, seed=0, start=1, outputs=["depth", "poses"])
     assert isinstance(endless, IterableDataset)
@@ -30,7 +29,7 @@ def test_a_loop_and_a_loader_take_what_files_hold_and_leave_no_maker(shared: Sha
     batches: Any = iter(DataLoader(endless, batch_size=2))
     np.testing.assert_array_equal(next(batches).numpy(), np.stack(taken))  # each loop begins with the same one
     del batches
-    assert len(descendants(os.getpid()) - before) <= 1  # multiprocessing's own tracker of resources
+    assert scene_workers(os.getpid()) == []
 
 
 @pytest.mark.parametrize(

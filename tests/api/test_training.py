@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.processes import descendants
+from tests.processes import scene_workers
 from tests.shared import Shared
 from warehouse_sim.api.dataset import Dataset
 from warehouse_sim.api.training import load_estimator, train
@@ -25,7 +25,7 @@ def test_a_trained_run_predicts(data: Dataset, tmp_path: Path) -> None:
 
 
 def test_a_run_on_a_stream_says_what_it_waited_and_leaves_no_maker(shared: Shared, tmp_path: Path) -> None:
-    data, before = shared.dataset(shared.bare, scenes=4, seed=0, formats=("bop",)), descendants(os.getpid())
+    data = shared.dataset(shared.bare, scenes=4, seed=0, formats=("bop",))
     stream = {"recipe": str(shared.bare), "seed": 9, "window": 4, "fresh": 0.5}
     said: list[str] = []
     run = train(
@@ -38,8 +38,7 @@ def test_a_run_on_a_stream_says_what_it_waited_and_leaves_no_maker(shared: Share
     assert 0.0 <= result["stream_waited_fraction"] < 1.0
     assert "observation 4 of 4 of the stream's first window" in said
     assert not any(note.startswith("reading train") for note in said)
-    left = descendants(os.getpid()) - before
-    assert len(left) <= 1  # multiprocessing's own tracker of resources
+    assert scene_workers(os.getpid()) == []
 
 
 @pytest.mark.parametrize(

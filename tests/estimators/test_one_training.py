@@ -12,7 +12,7 @@ import pytest
 import safetensors.torch
 import torch
 
-from tests.processes import command_line, descendants, is_alive
+from tests.processes import descendants, is_alive, scene_workers
 from tests.shared import Shared
 from tests.test_one_writer import start_holder
 from warehouse_sim.errors import OutputError
@@ -121,7 +121,7 @@ def killed_and_resumed(name: str, data: Path, folder: Path, *more: str) -> int:
     while not checkpoints(part) and killed.poll() is None:
         time.sleep(0.005)
     started = descendants(killed.pid)
-    workers = [pid for pid in started if "spawn_main" in command_line(pid)]
+    workers = scene_workers(killed.pid)
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
     assert killed.returncode == -signal.SIGKILL  # it was not done yet

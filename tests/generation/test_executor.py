@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import descendants, left_after_kill
+from tests.processes import left_after_kill, scene_workers
 from tests.shared import Shared
 from warehouse_sim.errors import SettleError, UnknownNameError, WorkerError
 from warehouse_sim.generation.executor import Work, make_scenes
@@ -90,6 +90,27 @@ def test_workers_never_see_an_interrupt_and_their_parent_still_does() -> None:
     assert not interrupts_held(0)
 
 
+def greeting(index: int) -> str | None:
+    return os.environ.get("WAREHOUSE_SIM_GREETING")
+
+
+def test_workers_have_the_environment_of_the_moment(monkeypatch: pytest.MonkeyPatch) -> None:
+    for word in ("hello", "goodbye"):
+        monkeypatch.setenv("WAREHOUSE_SIM_GREETING", word)
+        assert made(greeting, range(2), 2) == {0: word, 1: word}
+    monkeypatch.delenv("WAREHOUSE_SIM_GREETING")
+    assert made(greeting, range(2), 2) == {0: None, 1: None}
+
+
+def modules_at_start(index: int) -> bool:
+    return "warehouse_sim.generation.generate" in sys.modules
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux alone")
+def test_workers_share_what_they_import() -> None:
+    assert made(modules_at_start, range(2), 2) == {0: True, 1: True}
+
+
 def reject(index: int) -> int:
     if index == 1:
         raise UnknownNameError("pallet", "epal9", ["epal1"])
@@ -135,13 +156,10 @@ def test_what_cannot_be_opened_is_told() -> None:
 
 def test_workers_end_when_their_caller_turns_away() -> None:
     scenes = make_scenes(partial(nullcontext, slow), 5, range(1, 60), 2)
-    before = descendants(os.getpid())
     next(scenes)
-    started = descendants(os.getpid()) - before
-    assert len(started) >= 2
+    assert len(scene_workers(os.getpid())) == 2
     scenes.close()
-    left = descendants(os.getpid()) & started
-    assert len(left) <= 1, "besides multiprocessing's own resource tracker"
+    assert scene_workers(os.getpid()) == []
 
 
 def slow(index: int) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import command_line, descendants
+from tests.processes import scene_workers
 from tests.shared import hashes
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.store import DatasetStore
@@ -46,7 +46,7 @@ def test_splits_share_no_scene_and_every_split_has_targets(dataset) -> None:
 
 def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(shared, tmp_path, caplog) -> None:
     def kill_one() -> None:
-        while not (workers := [pid for pid in descendants(os.getpid()) if "spawn_main" in command_line(pid)]):
+        while not (workers := scene_workers(os.getpid())):
             time.sleep(0.02)
         os.kill(workers[0], signal.SIGKILL)
 

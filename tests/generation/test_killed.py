@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import command_line, descendants, is_alive
+from tests.processes import command_line, descendants, is_alive, scene_workers
 from tests.shared import Shared, hashes
 
 pytestmark = [pytest.mark.gl, pytest.mark.slow]
@@ -54,7 +54,7 @@ def strike(rng: random.Random, process: subprocess.Popen) -> str:
     if victim == "all":
         os.killpg(process.pid, number)
     else:
-        workers = [pid for pid in sorted(descendants(process.pid)) if "spawn_main" in command_line(pid)]
+        workers = scene_workers(process.pid)
         victim = "worker" if victim == "worker" and workers else "parent"
         os.kill(rng.choice(workers) if victim == "worker" else process.pid, number)
     return f"{number.name} to {victim}"

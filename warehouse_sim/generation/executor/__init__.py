@@ -1,15 +1,17 @@
 """Scenes are made one after the other in this process, or side by side in several."""
 
+import os
 import pickle
 import signal
-import threading
+import sys
 import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, Self
 
 from warehouse_sim.generation.executor.failures import Failures, Skip, time_limit, too_long
@@ -26,6 +28,8 @@ _OPENED = "opened"
 """What a worker says first of all."""
 _START_S = 120.0
 """What it may take to say that."""
+_IMPORTED_ONCE = "warehouse_sim.generation.executor.preload"
+"""The module whose imports workers share."""
 _AHEAD = 2
 """Scenes a worker that are begun before the first of them is taken, where order counts."""
 
@@ -119,19 +123,20 @@ class _Worker:
     """
 
     def __init__(self, open_work: bytes) -> None:
-        context = get_context("spawn")  # An OpenGL context does not survive a fork.
+        context = _start_method()
         self.pipe, theirs = context.Pipe()
         self.scene_index: int | None = None
         """The scene that it is making."""
         self.since = 0.0
         """When that was begun, on the monotonic clock; of the first scene, when it must be."""
         self.is_open = False
-        in_main_thread = threading.current_thread() is threading.main_thread()
-        self._process = context.Process(target=_serve, args=(theirs, in_main_thread), daemon=True)
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        resource_tracker.ensure_running()  # It lets interrupts through when it starts.
         with _interrupts_later():
             self._process.start()
         theirs.close()  # The worker alone holds it now, so that its death ends the pipe.
         with suppress(OSError):
+            self.pipe.send(dict(os.environ))  # What started the process may have had another.
             self.pipe.send_bytes(open_work)
 
     def begin(self, scene_index: int) -> None:
@@ -265,6 +270,19 @@ class _Pool:
             self._start_worker().begin(following)
 
 
+def _start_method() -> ForkServerContext | SpawnContext:
+    """Return how processes are started that make scenes: forked, on Linux, from one that has imported what they need.
+
+    They are not forked from this process, as an OpenGL context does not survive that; elsewhere nothing is forked, as
+    system libraries do not bear it.
+    """
+    if sys.platform != "linux":
+        return get_context("spawn")
+    context = get_context("forkserver")
+    context.set_forkserver_preload([_IMPORTED_ONCE])
+    return context
+
+
 @contextmanager
 def _interrupts_later() -> Iterator[None]:
     """Hold Ctrl-C back while the block runs; a process that it starts never sees one, nor ends in a traceback by it."""
@@ -281,13 +299,15 @@ def _cause(exit_code: int) -> str:
     return signal.Signals(-exit_code).name if exit_code < 0 else f"itself with exit code {exit_code}"
 
 
-def _serve(pipe: Connection, of_main_thread: bool) -> None:
+def _serve(pipe: Connection) -> None:
     """Make scenes until nobody requires one."""
-    if of_main_thread:
-        end_at_once_with_parent()  # Seconds later it might still write, where another run has begun to.
+    end_at_once_with_parent()  # Seconds later it might still write, where another run has begun to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The terminal sends it to all; the first process decides.
-    prepare_worker()  # Before anything is imported that starts threads.
     with ExitStack() as opened, suppress(EOFError):
+        environment = pipe.recv()
+        os.environ.clear()
+        os.environ.update(environment)
+        prepare_worker()  # Before anything is imported that starts threads.
         open_work, work = pipe.recv_bytes(), None
         while True:
             index = pipe.recv()
