@@ -30,8 +30,14 @@ def descendants(pid: int) -> set[int]:
 
 def scene_workers(pid: int) -> list[int]:
     """Return the living processes that make scenes for ``pid``: those that its fork server has forked."""
-    servers = [child for child in _children().get(pid, []) if "multiprocessing.forkserver" in command_line(child)]
-    return sorted(worker for server in servers for worker in _children().get(server, []))
+    children = _children()
+    servers = [child for child in children.get(pid, []) if _is_forked(child)]
+    # What the server imports may start other programs.
+    return sorted(worker for server in servers for worker in children.get(server, []) if _is_forked(worker))
+
+
+def _is_forked(pid: int) -> bool:
+    return "multiprocessing.forkserver" in command_line(pid)
 
 
 def command_line(pid: int) -> str:

@@ -121,7 +121,8 @@ IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
     "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS)),
     "densefusion-depth": Plan(_POSES),
-    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA)),
+    # Begins with what ``trainings.imagenet`` writes, or with bundled weights.
+    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA, backbone="efficientnet_lite0")),
     "densefusion-middle-2": Plan(_POSES),
     "detector-rgbd": Plan(replace(_WIDE, classes=("pallet",))),
 }

@@ -50,6 +50,7 @@ def test_same_seed_same_bytes_with_two_workers_of_which_one_is_killed(shared, tm
             time.sleep(0.02)
         os.kill(workers[0], signal.SIGKILL)
 
+    assert scene_workers(os.getpid()) == []
     killer = threading.Thread(target=kill_one)
     killer.start()
     generate(load_recipe(str(shared.bare)), tmp_path / "again", GenerateConfig(scenes=3, workers=2, formats=("bop",)))

@@ -13,6 +13,7 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 
 Labels = Literal["class", "object"]
 DetectorSize = Literal["pico", "nano", "small"]
+Backbone = Literal["csp", "efficientnet_lite0"]
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,9 @@ class DetectorConfig(BoxTrainingConfig, StreamedConfig):
     """Size that images are scaled to, 32-8,192; images of another shape keep theirs and get the same area."""
     depth_source: DepthSource = "camera"
     """Where depth comes from: the depth camera, or sweeps of the main LiDAR, projected and upsampled."""
+    backbone: Backbone = "csp"
+    """What sees the image: layers that are trained with all others, or features of photographs that are not
+    (EfficientNet-Lite0, trained on ImageNet), which read colours alone and come with the weights of ``--init``."""
     wanted: WantedConfig = field(default_factory=WantedConfig)
     """Which targets are to be found."""
     augment: ImageAugmentConfig = field(default_factory=ImageAugmentConfig)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -10,6 +11,7 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import TrainingError
 from warehouse_sim.estimators.detectors.boxes import Kept, box_precision, suppress
 from warehouse_sim.estimators.detectors.preparation import Prepared, prepare, wanted_sizes
 from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig, TrainableDetector
@@ -29,7 +31,7 @@ from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.loop import ComposedTask
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.order import GroupedOrder
-from warehouse_sim.learning.settings import Progress
+from warehouse_sim.learning.settings import LoopConfig, Progress
 
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
@@ -213,7 +215,25 @@ class BoxJob(TrainingJob):
         sizes = rng.permutation(wanted_sizes(boxes, prepared.class_of, self.config))[:_MOST_CLUSTERED]
         fit = cluster_anchors(sizes, _ANCHORS_A_LEVEL * len(STRIDES), rng)
         anchors = tuple((round(float(w), 2), round(float(h), 2)) for w, h in fit.anchors_wh)
-        return DetectorNetworkConfig(WIDTHS[self.config.size], DEPTH, len(prepared.classes), anchors)
+        backbone = self.config.backbone if isinstance(self.config, DetectorConfig) else "csp"
+        return DetectorNetworkConfig(WIDTHS[self.config.size], DEPTH, len(prepared.classes), anchors, backbone)
+
+    def settings(self, start: str | Path | None) -> LoopConfig:
+        """Return the settings.
+
+        Raises:
+            TrainingError: Features that are not trained are requested for what they cannot read, or without weights.
+        """
+        config = self.config
+        if isinstance(config, DetectorConfig) and config.backbone != "csp":
+            if not isinstance(self.method, TrainableDetector) or self.method.reads != ("rgb",):
+                raise TrainingError(f"backbone {config.backbone} reads colours alone; train detector-rgb with it")
+            if start is None:
+                raise TrainingError(
+                    f"backbone {config.backbone} is not trained; begin with weights that hold it: "
+                    "--init detector-rgb-warehouses"
+                )
+        return super().settings(start)
 
     def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:
         """Read the samples."""

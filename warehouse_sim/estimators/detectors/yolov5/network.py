@@ -11,7 +11,8 @@ from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 
-from warehouse_sim.estimators.detectors.settings import BoxTrainingConfig, DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detectors.settings import Backbone, BoxTrainingConfig, DetectorConfig, DetectorSize
+from warehouse_sim.estimators.detectors.yolov5 import imagenet
 from warehouse_sim.estimators.images.encoding import channel_count, encode
 from warehouse_sim.estimators.images.settings import ImageConfig
 from warehouse_sim.learning.run_folder import RunConfig
@@ -86,17 +87,24 @@ class Pyramid(nn.Module):
         channels: Of the input.
         width: Factor on the widths 64 to 1,024 of the full network; 0.25 is nano, 0.5 is small.
         depth: Factor on the numbers of bottlenecks 3, 6, 9, 3.
+        backbone: What sees the input; that of ImageNet sees colours alone.
     """
 
-    def __init__(self, channels: int, width: float, depth: float) -> None:
+    def __init__(self, channels: int, width: float, depth: float, backbone: Backbone = "csp") -> None:
         super().__init__()
         # Multiples of 8.
         a, b, c, d, e = (max(8, round(full * width / 8) * 8) for full in (64, 128, 256, 512, 1024))
         few, more, most = (max(1, round(count * depth)) for count in (3, 6, 9))
-        self.start = nn.Sequential(Conv(channels, a, 6, 2, 2), Conv(a, b, 3, 2), CrossStage(b, b, few))
-        self.down_3 = nn.Sequential(Conv(b, c, 3, 2), CrossStage(c, c, more))
-        self.down_4 = nn.Sequential(Conv(c, d, 3, 2), CrossStage(d, d, most))
-        self.down_5 = nn.Sequential(Conv(d, e, 3, 2), CrossStage(e, e, few), PyramidPooling(e))
+        self.features = imagenet.ImageNetFeatures() if backbone == "efficientnet_lite0" else None
+        if self.features is None:
+            self.start = nn.Sequential(Conv(channels, a, 6, 2, 2), Conv(a, b, 3, 2), CrossStage(b, b, few))
+            self.down_3 = nn.Sequential(Conv(b, c, 3, 2), CrossStage(c, c, more))
+            self.down_4 = nn.Sequential(Conv(c, d, 3, 2), CrossStage(d, d, most))
+            self.down_5 = nn.Sequential(Conv(d, e, 3, 2), CrossStage(e, e, few), PyramidPooling(e))
+        else:
+            fine, middle, coarse = imagenet.WIDTHS
+            self.down_3, self.down_4 = Conv(fine, c), Conv(middle, d)
+            self.down_5 = nn.Sequential(Conv(coarse, e), PyramidPooling(e))
         self.narrow_5, self.narrow_4 = Conv(e, d), Conv(d, c)
         self.up_4, self.up_3 = CrossStage(2 * d, d, few, False), CrossStage(2 * c, c, few, False)
         self.again_4, self.again_5 = Conv(c, c, 3, 2), Conv(d, d, 3, 2)
@@ -106,9 +114,14 @@ class Pyramid(nn.Module):
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> tuple[Tensor, Tensor, Tensor]:
         """Return maps of features at each of ``STRIDES``; h and w must be multiples of the last."""
-        down_3 = self.down_3(self.start(x))
-        down_4 = self.down_4(down_3)
-        narrow_5 = self.narrow_5(self.down_5(down_4))
+        if self.features is None:
+            down_3 = self.down_3(self.start(x))
+            down_4 = self.down_4(down_3)
+            down_5 = self.down_5(down_4)
+        else:
+            stages = zip((self.down_3, self.down_4, self.down_5), self.features(x), strict=True)
+            down_3, down_4, down_5 = (stage(seen) for stage, seen in stages)
+        narrow_5 = self.narrow_5(down_5)
         up_4 = self.narrow_4(self.up_4(torch.cat([_doubled(narrow_5), down_4], dim=1)))
         out_3 = self.up_3(torch.cat([_doubled(up_4), down_3], dim=1))
         out_4 = self.out_4(torch.cat([self.again_4(out_3), up_4], dim=1))
@@ -141,6 +154,8 @@ class DetectorNetworkConfig:
     """Number of classes, 1-10,000."""
     anchors: Anchors = ANCHORS
     """Width and height (px of the canvas) of the anchors, as many for each level, those of the finest level first."""
+    backbone: Backbone = "csp"
+    """What sees the input."""
 
     def __post_init__(self) -> None:
         if not self.anchors or len(self.anchors) % len(STRIDES):
@@ -168,7 +183,7 @@ class CellNetwork(nn.Module, ABC):
     def __init__(self, config: DetectorNetworkConfig, channels: int) -> None:
         super().__init__()
         self.config = config
-        self.pyramid = Pyramid(channels, config.width, config.depth)
+        self.pyramid = Pyramid(channels, config.width, config.depth, config.backbone)
         anchors = torch.tensor(config.anchors, dtype=torch.float32).reshape(len(STRIDES), -1, 2)
         self.register_buffer("anchors", anchors, persistent=False)
         outputs = anchors.shape[1] * (5 + config.classes)
