@@ -50,6 +50,7 @@ def test_cars_and_pedestrians_are_trained_on_found_and_scored(
         train,
         ("predict", run, "--data", data, "--split", "val", "--selection", "argmax", "--out", found),
         ("evaluate", found, "--data", data, "--split", "val", "--out", scored),
+        ("evaluate", found, "--data", data, "--split", "val", "--kitti", "--out", tmp_path / "protocol"),
         ("report", data, run, scored, "--out", page),
     ):
         assert main([str(word) for word in command]) == 0, command
@@ -84,6 +85,58 @@ def test_a_known_shift_is_measured_on_each_cloud_against_its_own_diagonal(data: 
     scores = evaluate(tmp_path / "gt_val.csv", data, "val")
     by_class = {item.label: item.metrics["add_5pct"] for item in scores.groups["class"]}
     assert by_class == {"Car": 1.0, "Pedestrian": 0.0}  # 5 % are 22 cm and 10 cm
+
+
+def by_protocol(path: Path, data: Path) -> dict[tuple[str, str, str], dict]:
+    """Score a pose CSV as KITTI does, and return what is stored by class, level and view."""
+    out = path.with_suffix("")
+    assert main(["evaluate", str(path), "--data", str(data), "--split", "val", "--kitti", "--out", str(out)]) == 0
+    scores = json.loads((out / "kitti_scores.json").read_text())["scores"]
+    return {(row["class_name"], row["level"], row["view"]): row for row in scores}
+
+
+def test_poses_become_the_rows_that_were_labelled_by_hand(data: Path, tmp_path: Path) -> None:
+    scores = by_protocol(gt_csv(tmp_path / "gt_val.csv"), data)
+    for frame in VAL:
+        labels = (data / "training/label_2" / f"{frame:06d}.txt").read_text().splitlines()
+        expected = [line.split() for line in labels if line and not line.startswith("DontCare")]
+        rows = (tmp_path / "gt_val/kitti_results" / f"{frame:06d}.txt").read_text().splitlines()
+        found = [line.split() for line in rows]
+        assert [row[0] for row in found] == [row[0] for row in expected]
+        for ours, theirs in zip(found, expected, strict=True):
+            np.testing.assert_allclose([*map(float, ours[3:15])], [*map(float, theirs[3:15])], atol=0.011)
+            assert float(ours[15]) == 1.0
+    cars = {view: scores["Car", "moderate", view] for view in ("image", "ground", "space")}
+    # With so few of them, recall is sampled below 1.
+    assert [row["ap_40"] for row in cars.values()] == [pytest.approx((row["wanted"] - 1) / 40) for row in cars.values()]
+    assert cars["image"]["wanted"] == 4
+
+
+def test_boxes_beside_the_labelled_ones_are_wrong_in_space_alone(data: Path, tmp_path: Path) -> None:
+    scores = by_protocol(gt_csv(tmp_path / "beside.csv", shift=0.6), data)
+    # Of 1.6 m of a car's width 1.0 are left: 45 % of what both boxes cover, where 70 are required.
+    assert scores["Car", "moderate", "space"]["ap_40"] == scores["Car", "moderate", "ground"]["ap_40"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [("9,0,1", "estimate is of frame 8, which is not in split 'val'"), ("9,0,4", "object 7, a class without labelled")],
+)
+def test_estimates_of_nothing_that_is_scored_are_rejected(
+    change: str, words: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = gt_csv(tmp_path / "wrong.csv")
+    other = "8,0,1" if change == "9,0,1" else "9,0,7"
+    path.write_text(path.read_text().replace(f"\n{change},", f"\n{other},"))
+    assert main(["evaluate", str(path), "--data", str(data), "--split", "val", "--kitti", "--out", str(tmp_path / "o")])
+    assert words in capsys.readouterr().err
+
+
+def test_what_is_not_of_kittis_layout_is_rejected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = gt_csv(tmp_path / "gt.csv")
+    (tmp_path / "empty").mkdir()
+    assert main(["evaluate", str(path), "--data", str(tmp_path / "empty"), "--kitti", "--out", str(tmp_path / "o")])
+    assert "is not of KITTI's layout" in capsys.readouterr().err
 
 
 def test_what_the_lidar_hardly_hit_is_left_out(data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

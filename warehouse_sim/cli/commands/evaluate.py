@@ -19,6 +19,7 @@ def evaluate(
     sums: Path | None = None,
     bop: bool = False,
     vsd: bool = False,
+    kitti: bool = False,
     overwrite: bool = False,
 ) -> None:
     """Score a BOP pose CSV against the ground truth; every undetected object counts as a miss.
@@ -33,6 +34,8 @@ def evaluate(
         sums: List of hashes that came with a sealed set that this package does not list.
         bop: Add the scores of the BOP challenges: average recall by MSSD and MSPD, average precision of BOP 2024.
         vsd: Add to these the recall by VSD and the average recall of BOP 2019; it draws every pose.
+        kitti: Of a CSV for a folder of KITTI's layout, score KITTI's average precision of upright boxes with the poses
+            and the mean size of their class; the result files are kept in ``kitti_results``.
         overwrite: Replace scores with other content that stand in the folder.
     """
     if sealed is not None:
@@ -40,7 +43,7 @@ def evaluate(
         return
     if data is None:
         raise InputError("evaluate: needs --data, the dataset folder, or --sealed, the file of a frozen set")
-    if predictions.is_dir():
+    if kitti or predictions.is_dir():
         _evaluate_kitti(predictions, data, out, split, overwrite)
         return
     from warehouse_sim.api.scoring import evaluate as run
@@ -65,12 +68,28 @@ def _evaluate_sealed(predictions: Path, sealed: Path, sums: Path | None, out: Pa
     finish(write_beside(out, lambda folder: write_result(result, folder / name), overwrite), "report", out / name)
 
 
-def _evaluate_kitti(results: Path, data: Path, out: Path, split: str, overwrite: bool) -> None:
-    from warehouse_sim.evaluation.detection.kitti_ap import evaluate_kitti_results, kitti_lines, write_kitti_scores
+def _evaluate_kitti(predictions: Path, data: Path, out: Path, split: str, overwrite: bool) -> None:
+    from warehouse_sim.dataset.results import predictions as prediction_file
+    from warehouse_sim.evaluation.detection.kitti_ap import (
+        KittiScore,
+        evaluate_kitti_results,
+        kitti_lines,
+        write_kitti_scores,
+    )
+    from warehouse_sim.evaluation.detection.kitti_results import write_kitti_results
 
-    scores = evaluate_kitti_results(results, data, split)
+    scores = list[KittiScore]()
+
+    def write(folder: Path) -> Path:
+        results = predictions
+        if not predictions.is_dir():
+            results = folder / "kitti_results"
+            write_kitti_results(prediction_file.read(predictions), data, split, results)
+        scores[:] = evaluate_kitti_results(results, data, split)
+        return write_kitti_scores(scores, folder)
+
+    path = write_beside(out, write, overwrite)
     print("\n".join(kitti_lines(scores)))
-    path = write_beside(out, lambda folder: write_kitti_scores(scores, folder), overwrite)
     finish(path, "view", data, "--summary", "--out", out / "summary")
 
 

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 from warehouse_sim.dataset.files.json_file import write_json
 from warehouse_sim.dataset.files.plain import decimal
 from warehouse_sim.dataset.formats.kitti import KittiLayout, kitti_layout
+from warehouse_sim.dataset.formats.kitti.external import external_folder, frames_by_split
 from warehouse_sim.dataset.formats.kitti.tolerant import read_labels, read_text
 from warehouse_sim.dataset.reader import ALL
 from warehouse_sim.dataset.split import SPLITS
@@ -210,7 +211,11 @@ def evaluate_kitti_results(results: Path, data: Path, split: str) -> list[KittiS
     layout = _layout(data, split)
     listed = [name for name in SPLITS if layout.image_set(name).is_file()]
     parts = listed if split == ALL and listed else [split]
-    frames = {frame: part for part in parts for frame in _frames(layout, part)}
+    if listed or external_folder(layout.root) is None:
+        frames = {frame: part for part in parts for frame in _frames(layout, part)}
+    else:  # Without lists, the reader's own splits.
+        own = frames_by_split(layout.root)
+        frames = {frame.number: part for part in (own if split == ALL else parts) for frame in own.get(part, ())}
     lists = " and ".join(str(layout.image_set(part)) for part in parts)
     paths = sorted(results.glob("*.txt"))
     if not paths:
@@ -252,7 +257,8 @@ def _layout(data: Path, split: str) -> KittiLayout:
     """Return where the KITTI files lie that have the split: in a dataset of this package, or as KITTI's own."""
     names = SPLITS if split == ALL else (split,)
     layouts = kitti_layout(data), KittiLayout(data)
-    return next((one for one in layouts if any(one.image_set(name).is_file() for name in names)), layouts[0])
+    unlisted = KittiLayout(external_folder(data) or layouts[0].root)
+    return next((one for one in layouts if any(one.image_set(name).is_file() for name in names)), unlisted)
 
 
 def _frames(layout: KittiLayout, split: str) -> list[int]:

@@ -304,6 +304,10 @@ class ExternalKittiReader(FileReader):
         scan = stored.scan(ids)
         return MountedReading(T_camera_lidar, replace(scan, intensity=np.clip(scan.intensity, 0.0, 1.0)))
 
+    def T_camera_rect(self, image: ImageRecord) -> Transform:
+        """Return the pose of the rectified frame, that of labels, in the camera that took an image."""
+        return self._calibration(self._frame(image)).T_camera_rect
+
     @cached_property
     def _numbers(self) -> dict[str, int]:
         labels = (label for frames in self._frames.values() for frame in frames for _, label in frame.labels())

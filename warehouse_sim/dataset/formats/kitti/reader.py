@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -59,6 +59,10 @@ class KittiLabel:
     def is_dont_care(self) -> bool:
         """Whether only its type and 2D box mean anything."""
         return self.type == DONT_CARE
+
+    def within(self, box_xyxy: tuple[float, float, float, float]) -> Self:
+        """Return the same with another box in the image (px, inclusive corners)."""
+        return replace(self, box_xyxy=box_xyxy)
 
     def T_camera_object(self) -> Transform:
         """Return the pose of the upright box's centre frame (x length, y width, z up)."""
@@ -139,15 +143,31 @@ def kitti_label(annotation: ObjectAnnotation, camera: PinholeCamera, where: str)
     T_camera_object = annotation.T_camera_object
     if not annotation.class_name or len(annotation.class_name.split()) != 1:
         raise DatasetError(f"{where}: the class name {annotation.class_name!r} must be one word in a KITTI label")
-    length, width, height = (float(edge) for edge in annotation.size)
+    return replace(
+        upright_label(annotation.class_name, annotation.size, T_camera_object),
+        truncated=annotation.truncation,
+        occluded=annotation.occlusion_level,
+        box_xyxy=_cut(annotation.box_amodal_xyxy, camera),
+    )
+
+
+def upright_label(name: str, size: Float[np.ndarray, " 3"], T_camera_object: Transform) -> KittiLabel:
+    """Return an upright box with an object's centre, size and heading, in no image and of unknown visibility.
+
+    Args:
+        name: Class.
+        size: Length, width and height (m).
+        T_camera_object: Pose of its centre frame (x along its length, z up) in the rectified frame.
+    """
+    length, width, height = (float(edge) for edge in size)
     x, y, z = (float(value) for value in T_camera_object[:3, 3])
     heading = math.atan2(-T_camera_object[2, 0], T_camera_object[0, 0])
     return KittiLabel(
-        type=annotation.class_name,
-        truncated=annotation.truncation,
-        occluded=annotation.occlusion_level,
+        type=name,
+        truncated=-1.0,
+        occluded=-1,
         alpha=_wrap(heading - math.atan2(x, z)),
-        box_xyxy=_cut(annotation.box_amodal_xyxy, camera),
+        box_xyxy=(0.0, 0.0, 0.0, 0.0),
         size_hwl=(height, width, length),
         location=(x, y + height / 2.0, z),
         rotation_y=heading,
