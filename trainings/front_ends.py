@@ -119,7 +119,7 @@ KINDS = (
 _ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
-    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS)),
+    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS, precision="auto")),
     "densefusion-depth": Plan(_POSES),
     # Begins with what ``trainings.imagenet`` writes, or with bundled weights.
     "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA, backbone="efficientnet_lite0")),

@@ -207,6 +207,22 @@ def test_a_crate_that_is_detected_twice_is_not_pushed_aside() -> None:
         assert np.linalg.norm(item.T_camera_object[:3, 3] - gt[:3, 3]) < 0.02
 
 
+def test_who_is_surest_keeps_its_pose_whatever_others_claim() -> None:
+    image, _ = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    first = image.detections[0]
+    whole = first.pixels(CAMERA.height, CAMERA.width)
+    columns = np.flatnonzero(whole.any(axis=0))
+    estimator = PoseFit()
+    estimator.onboard({3: box()})
+    (alone,) = estimator.estimate(image)
+    for part in (columns[: len(columns) // 2], columns[len(columns) // 3 :]):
+        mask = np.zeros_like(whole)
+        mask[:, part] = whole[:, part]
+        found = estimator.estimate(replace(image, detections=(first, replace(first, mask=mask, number=1))))
+        assert len(found) == 2
+        np.testing.assert_array_equal(found[0].T_camera_object, alone.T_camera_object)
+
+
 # Poses all round are sifted by the image, on boxes whose readings are made here and then spoiled.
 
 
