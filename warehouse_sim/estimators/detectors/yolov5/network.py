@@ -76,6 +76,8 @@ class PyramidPooling(nn.Module):
         return self.leave(torch.cat(seen, dim=1))
 
 
+FEATURES = "pyramid.features."
+"""How the names of weights begin that are not trained."""
 STRIDES = (8, 16, 32)
 """Pixels of the input to a cell of each map."""
 
