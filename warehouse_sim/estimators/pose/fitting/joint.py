@@ -62,12 +62,12 @@ def _shared_out(sought: Sequence[Sought], found: Sequence[Found], config: FitCon
     points = np.concatenate([item.points[:_POINTS] for item in sought])
     claims = [_claims(item, one.T_camera_object, points) for item, one in zip(sought, found, strict=True)]
     order = sorted(range(len(found)), key=lambda i: -found[i].verification[0].score)
-    before = np.argsort(order)[:, None] > np.argsort(order)
-    rivals = before & (_common(np.stack([one[0] for one in claims])) > _CLAIMED)
+    rank = np.argsort(order)
+    rivals = (rank[:, None] > rank) & (_common(np.stack([one[0] for one in claims])) > _CLAIMED)
     found, chosen = list(found), list[Bool[np.ndarray, " p"]]()
     for i, more in _among_the_rest(sought, found, rivals, config).items():
         found[i] = found[i].with_others(more)
-        claims[i] = _claims(sought[i], found[i].T_camera_object, points)
+        claims[i] = np.concatenate([claims[i], _claims(sought[i], more.T_camera_object, points)])
     for i in order:
         number = _best(found[i], claims[i], np.stack(chosen)) if rivals[i].any() else 0
         found[i] = found[i].led_by(number)
@@ -78,7 +78,7 @@ def _shared_out(sought: Sequence[Sought], found: Sequence[Found], config: FitCon
 def _among_the_rest(
     sought: Sequence[Sought], found: Sequence[Found], rivals: Bool[np.ndarray, "n n"], config: FitConfig
 ) -> dict[int, Found]:
-    """Return what else objects may be, where their ``rivals`` are not, by their numbers."""
+    """Return what else objects may be, where the surer ones, ``rivals`` in their rows, are not."""
     left = dict[int, Sought]()
     for i in map(int, np.flatnonzero(rivals.any(axis=1))):
         # What a network trusts is of one object; of what the others leave it may have trusted nothing.
