@@ -112,7 +112,7 @@ def test_poses_become_the_rows_that_were_labelled_by_hand(data: Path, tmp_path: 
     assert cars["image"]["wanted"] == 4
 
 
-def test_boxes_beside_the_labelled_ones_are_wrong_in_space_alone(data: Path, tmp_path: Path) -> None:
+def test_boxes_beside_the_labelled_ones_are_wrong_on_the_ground_and_in_space(data: Path, tmp_path: Path) -> None:
     scores = by_protocol(gt_csv(tmp_path / "beside.csv", shift=0.6), data)
     # Of 1.6 m of a car's width 1.0 are left: 45 % of what both boxes cover, where 70 are required.
     assert scores["Car", "moderate", "space"]["ap_40"] == scores["Car", "moderate", "ground"]["ap_40"] == 0.0
@@ -130,6 +130,12 @@ def test_estimates_of_nothing_that_is_scored_are_rejected(
     path.write_text(path.read_text().replace(f"\n{change},", f"\n{other},"))
     assert main(["evaluate", str(path), "--data", str(data), "--split", "val", "--kitti", "--out", str(tmp_path / "o")])
     assert words in capsys.readouterr().err
+
+
+def test_other_protocols_beside_it_are_rejected(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = gt_csv(tmp_path / "gt.csv")
+    assert main(["evaluate", str(path), "--data", str(data), "--kitti", "--bop", "--out", str(tmp_path / "o")])
+    assert "leave out --sealed, --bop and --vsd" in capsys.readouterr().err
 
 
 def test_what_is_not_of_kittis_layout_is_rejected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

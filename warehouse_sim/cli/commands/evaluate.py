@@ -38,6 +38,8 @@ def evaluate(
             and the mean size of their class; the result files are kept in ``kitti_results``.
         overwrite: Replace scores with other content that stand in the folder.
     """
+    if kitti and (sealed is not None or bop or vsd):
+        raise InputError("evaluate: --kitti scores by KITTI's protocol alone; leave out --sealed, --bop and --vsd")
     if sealed is not None:
         _evaluate_sealed(predictions, sealed, sums, out, overwrite)
         return

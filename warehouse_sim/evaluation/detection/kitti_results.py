@@ -1,6 +1,7 @@
 """Estimated poses as KITTI's result files: upright boxes of the mean size of their class."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +82,7 @@ def _label(
     T_camera_rect: Transform,
 ) -> KittiLabel:
     label = upright_label(name, size, invert(T_camera_rect) @ T_camera_object)
-    return label.within(_box_in_image(T_camera_rect @ label.T_camera_object(), size, image.camera))
+    return replace(label, box_xyxy=_box_in_image(T_camera_rect @ label.T_camera_object(), size, image.camera))
 
 
 def _box_in_image(

@@ -60,10 +60,6 @@ class KittiLabel:
         """Whether only its type and 2D box mean anything."""
         return self.type == DONT_CARE
 
-    def within(self, box_xyxy: tuple[float, float, float, float]) -> Self:
-        """Return the same with another box in the image (px, inclusive corners)."""
-        return replace(self, box_xyxy=box_xyxy)
-
     def T_camera_object(self) -> Transform:
         """Return the pose of the upright box's centre frame (x length, y width, z up)."""
         centre = np.array(self.location) - [0.0, self.size_hwl[0] / 2.0, 0.0]
