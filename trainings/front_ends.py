@@ -121,7 +121,7 @@ IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
     "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS, precision="auto")),
     "densefusion-depth": Plan(_POSES),
-    # Begins with what ``trainings.imagenet`` writes, or with bundled weights.
+    # Begins with what ``trainings.imagenet`` writes.
     "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA, backbone="efficientnet_lite0")),
     "densefusion-middle-2": Plan(_POSES),
     "detector-rgbd": Plan(replace(_WIDE, classes=("pallet",))),
@@ -167,6 +167,10 @@ def main(
     """
     kept, pose = cache or folder / "cache", pose_folder if pose_sets else None
     if warehouses is not None:
+        if "detector-rgb" in (methods or IN_WAREHOUSES) and not init:
+            raise SystemExit(
+                "detector-rgb begins with --init, what trainings.imagenet writes; name other --methods first"
+            )
         for name in methods or tuple(IN_WAREHOUSES):
             plan = IN_WAREHOUSES[name].limited(minutes, steps, batch, workers, threads, learning_rate)
             _train(name, finished(warehouses), folder / "runs" / name, plan.config, kept, init)
