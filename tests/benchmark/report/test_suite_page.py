@@ -97,6 +97,12 @@ def test_markdown_has_the_leaderboards_and_no_name_breaks_its_table(tmp_path: Pa
     assert sum("oracle" in line for line in tables) == 5
 
 
+def test_markdown_says_what_a_result_notes(tmp_path: Path) -> None:
+    noted = replace(result([row(np.random.default_rng(0), "scores", "net", "all", "dock_0mm")]), notes=("net is old",))
+    path = write_result(noted, tmp_path / "r.json")
+    assert "- net is old" in write_suite_report([path], tmp_path / "boards.md").read_text().splitlines()
+
+
 def test_of_a_folder_a_quick_result_gives_way_to_the_full_one(tmp_path: Path) -> None:
     full = result([row(np.random.default_rng(0), "scores", "net", "all", "dock_0mm")])
     write_result(full, tmp_path / "results" / "made.json")

@@ -122,6 +122,7 @@ def _markdown(results: Mapping[str, SuiteResult]) -> str:
     lines = ["# Leaderboards", "", "Written by `warehouse-sim report`; by the headline number of each suite.", ""]
     for title, result in results.items():
         lines += [f"## {_cell(title)}", "", _cell(result.question), ""]
+        lines += [*(f"- {_cell(note)}" for note in result.notes), *[""] * bool(result.notes)]
         for item in boards(result):
             lines += [f"{item.table}, {_cell(item.condition)}, {_cell(item.group)}:", "", *_board_lines(item), ""]
     return "\n".join(lines)
