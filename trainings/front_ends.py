@@ -116,10 +116,12 @@ KINDS = (
     "plastic_nestable",
 )
 """The pallets of the catalog, which the segmenter distinguishes."""
+_PALLET_MASKS = replace(_SEGMENTER, classes=("pallet",), kinds=KINDS, precision="auto")
 _ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
-    "segmenter-depth": Plan(replace(_SEGMENTER, classes=("pallet",), kinds=KINDS, precision="auto")),
+    "segmenter-depth": Plan(_PALLET_MASKS),
+    "segmenter-rgbd": Plan(_PALLET_MASKS),
     "densefusion-depth": Plan(_POSES),
     # Begins with what ``trainings.imagenet`` writes.
     "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA, backbone="efficientnet_lite0")),

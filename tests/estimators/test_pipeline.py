@@ -32,6 +32,7 @@ class Points(NamedTuple):
     points: np.ndarray
     down: None = None
     view: None = None
+    bonus: float = 0.0
 
     @property
     def masked_points(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.estimators.api import KnownObject, PoseEstimator, WrappedEstimator
 from warehouse_sim.estimators.gravity import Direction
 from warehouse_sim.estimators.image import Detection, RgbdImage
-from warehouse_sim.estimators.matching import described, kind_bonus, known_among, observed, taken_by
+from warehouse_sim.estimators.matching import described, known_among, observed, taken_by
 from warehouse_sim.estimators.pose.choose import Candidates
 from warehouse_sim.geometry.pose import Transform, Transforms
 from warehouse_sim.schema import Agreement, Observation, PoseEstimate
@@ -50,6 +50,11 @@ class ObjectPoints(Protocol):
     def down(self) -> Direction | None:
         """Gravity, a unit vector in the camera frame; None if unknown."""
         return None
+
+    @property
+    def bonus(self) -> float:
+        """What the detection says for this object, in units of the verification, <= 0: see ``kind_bonus``."""
+        return 0.0
 
     @property
     def view(self) -> "DepthView | None":
@@ -202,7 +207,7 @@ class Pipeline(PoseEstimator):
                 # A detection of an unknown model was tried as each object.
                 worth = estimate.score
                 if preference is not None:
-                    worth = float(preference) + kind_bonus(found[owner].detections[item.position], estimate.name)
+                    worth = float(preference) + item.bonus
                     estimate = replace(estimate, score=estimate.score * _chance(float(preference)))
                 rival = worth, estimate
                 key = owner, item.position

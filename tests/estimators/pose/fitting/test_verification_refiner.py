@@ -33,7 +33,7 @@ def refined(T_wrong: np.ndarray, gravity: bool = True, view: bool = True) -> tup
     mask = image.detections[0].pixels(CAMERA.height, CAMERA.width)
     points = masked_points(image, mask, np.random.default_rng(0))
     looked_at = DepthView(CAMERA, image.depth, mask, points, image.gravity if gravity else None)
-    item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at if view else None)
+    item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at if view else None, bonus=0.0)
     T = gt @ T_wrong
     quat = quat_wxyz_from_matrix(T[:3, :3])[None, None]
     proposals = SimpleNamespace(candidates=Candidates(quat, T[None, None, :3, 3], np.ones((1, 1))), trusted=all_of)
@@ -80,7 +80,7 @@ def test_what_the_network_trusts_is_fitted_where_the_mask_is_a_box() -> None:
     mask = image.depth > 0
     points = masked_points(image, mask, np.random.default_rng(0))
     view = DepthView(CAMERA, image.depth, mask, points, image.gravity)
-    item = SimpleNamespace(position=0, obj_id=3, points=points, view=view)
+    item = SimpleNamespace(position=0, obj_id=3, points=points, view=view, bonus=0.0)
     low, high = box().mesh().vertices.min(axis=0) - 0.005, box().mesh().vertices.max(axis=0) + 0.005
     inside = transform_points(np.linalg.inv(gt), points)
     own = ((inside >= low) & (inside <= high)).all(axis=1)
@@ -106,7 +106,7 @@ def test_the_image_says_which_object_a_detection_is() -> None:
     view = DepthView(CAMERA, image.depth, mask, points, image.gravity)
     sizes = {2: SIZE * [0.8, 0.9, 1.0], 3: SIZE, 4: SIZE * [1.15, 1.2, 1.0]}
     meshes = {number: TriangleMesh(box_corners(size), unit_box().faces) for number, size in sizes.items()}
-    items = [SimpleNamespace(position=0, obj_id=number, points=points, view=view) for number in sizes]
+    items = [SimpleNamespace(position=0, obj_id=number, points=points, view=view, bonus=0.0) for number in sizes]
     quat = np.tile(quat_wxyz_from_matrix(gt[:3, :3]), (3, 1, 1))
     # The network is surest of a wrong one.
     candidates = Candidates(quat, np.tile(gt[:3, 3], (3, 1, 1)), np.array([[0.99], [0.2], [0.5]]))
@@ -118,7 +118,7 @@ def test_the_image_says_which_object_a_detection_is() -> None:
 
 
 def test_without_an_image_the_network_says_which_object_it_is() -> None:
-    items = [SimpleNamespace(position=0, obj_id=3, points=np.zeros((1, 3)), view=None)] * 2
+    items = [SimpleNamespace(position=0, obj_id=3, points=np.zeros((1, 3)), view=None, bonus=0.0)] * 2
     candidates = Candidates(np.tile([1.0, 0, 0, 0], (2, 3, 1)), np.zeros((2, 3, 3)), np.array([[0.1, 0.3, 0.2]] * 2))
     refiner = VerificationRefiner({3: box().mesh()}, {3: HALF_TURN}, FitConfig(), 0)
     worth = refiner.prefer(np.stack([np.eye(4)] * 2), items, SimpleNamespace(candidates=candidates, trusted=all_of))
@@ -133,7 +133,7 @@ def test_the_network_decides_how_a_crate_lies_of_which_little_more_than_a_gap_sh
     mask = image.detections[0].pixels(CAMERA.height, CAMERA.width) & gap
     points = masked_points(replace(image, depth=depth), mask, np.random.default_rng(0))
     looked_at = DepthView(CAMERA, depth, mask, points, image.gravity)
-    item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at)
+    item = SimpleNamespace(position=0, obj_id=3, points=points, view=looked_at, bonus=0.0)
     proposals = SimpleNamespace(
         candidates=Candidates(quat_wxyz_from_matrix(gt[:3, :3])[None, None], gt[None, None, :3, 3], np.ones((1, 1))),
         trusted=all_of,

@@ -18,7 +18,7 @@ from torch import Tensor
 from warehouse_sim.errors import InputError, TrainingError
 from warehouse_sim.estimators.api import LeastVisible
 from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
-from warehouse_sim.estimators.matching import may_be
+from warehouse_sim.estimators.matching import kind_bonus, may_be
 from warehouse_sim.estimators.pipeline import ObjectPoints, Pipeline, Proposals, Stages, Verdict
 from warehouse_sim.estimators.pose.choose import Candidates, Symmetries, select_poses
 from warehouse_sim.estimators.pose.densefusion.calibration import ErrorCurve, read_calibration
@@ -243,10 +243,10 @@ class Estimator(Pipeline):
             require_rgb(image, self._runner.config.estimator)
         found = list[Crop]()
         for position, item in enumerate(image.detections):
-            numbers = [shape.obj_id for shape in may_be(item, self.objects)]
-            crop = self._cut_one(image, position, item, numbers[0])
+            shapes = may_be(item, self.objects)
+            crop = self._cut_one(image, position, item, shapes[0].obj_id)
             if crop is not None:
-                found += [replace(crop, obj_id=number) for number in numbers]
+                found += [replace(crop, obj_id=shape.obj_id, bonus=kind_bonus(item, shape.name)) for shape in shapes]
         return found
 
     def _refiner(self, run: Path) -> IcpRefiner | VerificationRefiner:

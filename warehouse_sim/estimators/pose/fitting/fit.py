@@ -12,7 +12,7 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.matching import described, kind_bonus, may_be
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS, look_alike, masked_points
 from warehouse_sim.estimators.pose.fitting.joint import search_jointly
-from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, fit_models
+from warehouse_sim.estimators.pose.fitting.search import FitConfig, Found, Sought, fit_models, worth
 from warehouse_sim.estimators.pose.fitting.verification import DepthView
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 from warehouse_sim.schema import Agreement, PoseEstimate
@@ -49,7 +49,7 @@ class PoseFit(PoseEstimator):
         """
         down = np.array([0.0, 1.0, 0.0]) if image.gravity is None else image.gravity
         pairs = [
-            (info, Sought.of(self._model(info.obj_id), view, _NOBODY_PROPOSES, position))
+            (info, Sought.of(self._model(info.obj_id), view, _NOBODY_PROPOSES, position, kind_bonus(item, info.name)))
             for position, item in enumerate(image.detections)
             if (view := self._view(image, position, item, down)) is not None
             for info in may_be(item, self._infos)
@@ -58,9 +58,8 @@ class PoseFit(PoseEstimator):
             return []
         best: dict[int, tuple[float, ObjectInfo, Found]] = {}
         for (info, item), found in zip(pairs, search_jointly([item for _, item in pairs], self.config), strict=True):
-            worth = found.verification[0].score + kind_bonus(image.detections[item.detection], info.name)
-            if item.detection not in best or worth > best[item.detection][0]:
-                best[item.detection] = worth, info, found
+            if item.detection not in best or worth(item, found) > best[item.detection][0]:
+                best[item.detection] = worth(item, found), info, found
         return [self._estimate(image, position, info, found) for position, (_, info, found) in best.items()]
 
     @staticmethod

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float
 
+from warehouse_sim.estimators.pose.fitting.alignment import in_line
 from warehouse_sim.estimators.pose.fitting.hypotheses import LEAST_POINTS
-from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, Found, Sought, search
+from warehouse_sim.estimators.pose.fitting.search import VERIFICATION, FitConfig, Found, Sought, search, worth
 from warehouse_sim.estimators.pose.fitting.verification import TOLERANCE_FRACTION, DepthView
 from warehouse_sim.estimators.pose.icp.nearest import NearestByCell
 from warehouse_sim.geometry.pose import Transforms, invert, transform_points
@@ -41,7 +42,8 @@ def search_jointly(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
         # Detections of one image share its array.
         images.setdefault(id(sought[i].view.depth), []).append(i)
     for members in images.values():
-        shared = _shared_out([sought[i] for i in members], [found[i] for i in members], config)
+        those = [sought[i] for i in members]
+        shared = _shared_out(those, in_line(those, [found[i] for i in members]), config)
         found = [shared[members.index(i)] if i in members else item for i, item in enumerate(found)]
     return found
 
@@ -50,7 +52,7 @@ def _leading(sought: Sequence[Sought], found: Sequence[Found]) -> list[int]:
     best: dict[int, int] = {}
     for i, item in enumerate(sought):
         other = best.setdefault(item.detection, i)
-        if found[i].verification[0].score > found[other].verification[0].score:
+        if worth(item, found[i]) > worth(sought[other], found[other]):
             best[item.detection] = i
     return list(best.values())
 

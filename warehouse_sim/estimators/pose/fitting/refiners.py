@@ -82,7 +82,7 @@ class VerificationRefiner:
             # The objects that one detection may be stand beside each other, with one number.
             detection = detections.setdefault((id(view.depth), seen[i].position), len(detections))
             proposed = self._proposed(T[i], seen[i], proposals, i)
-            whole = Sought.of(self._model(seen[i].obj_id), view, proposed, detection)
+            whole = Sought.of(self._model(seen[i].obj_id), view, proposed, detection, seen[i].bonus)
             sought.append(whole.looked_for_among(own_of(proposals, i, view.points)))
         for i, found in zip(views, search_jointly(sought, self._config), strict=True):
             T[i] = found.T_camera_object[0]

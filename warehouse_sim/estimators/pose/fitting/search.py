@@ -101,11 +101,13 @@ class Sought:
 
     whole: DepthView
     """The view with all points of the mask, where ``view`` has those that are taken for the object's."""
+    bonus: float = 0.0
+    """What is added to the verification where objects that one detection may be are compared."""
 
     @classmethod
-    def of(cls, model: FitModel, view: DepthView, proposed: Transforms, detection: int) -> "Sought":
+    def of(cls, model: FitModel, view: DepthView, proposed: Transforms, detection: int, bonus: float = 0.0) -> "Sought":
         """Make one with those points of the view that one object can have."""
-        return cls(model, view, within_reach(view.points, model.extent), proposed, detection, view)
+        return cls(model, view, within_reach(view.points, model.extent), proposed, detection, view, bonus)
 
     def looked_for_among(self, own: Bool[np.ndarray, " p"]) -> "Sought":
         """Return the same, fitted to and judged by some of the view's points alone."""
@@ -197,7 +199,7 @@ def _most_likely(sought: Sequence[Sought], found: Sequence[Found]) -> set[int]:
     return {
         i
         for rivals in by_detection.values()
-        for i in sorted(rivals, key=lambda i: -found[i].verification[0].score)[:_MODELS_KEPT]
+        for i in sorted(rivals, key=lambda i: -worth(sought[i], found[i]))[:_MODELS_KEPT]
     }
 
 
@@ -216,9 +218,18 @@ def _of_fitted(item: Sought, fitted: Transforms, begun: Transforms) -> Found:
     verification = judge_all(np.concatenate([fitted, begun]), item.model.surface, item.view, VERIFICATION)
     after, before = np.array([one.score for one in verification]).reshape(2, -1)
     held = np.arange(len(fitted)) + np.where(after < before - _LOST, len(fitted), 0)
-    first = verification[held[0]]
-    lead = _LEAD + _LEAD_IF_COVERED * first.covered if len(item.proposed) else 0.0
+    lead = lead_of(item, verification[held[0]])
     return _in_order(np.concatenate([fitted, begun])[held], [verification[i] for i in held], lead)
+
+
+def lead_of(item: Sought, first: Verification) -> float:
+    """Return by how much the verification for another pose must exceed that for the first one, a network's own."""
+    return _LEAD + _LEAD_IF_COVERED * first.covered if len(item.proposed) else 0.0
+
+
+def worth(item: Sought, found: Found) -> float:
+    """Return what speaks for an object among those that its detection may be."""
+    return found.verification[0].score + item.bonus
 
 
 def ranked(item: Sought, poses: Transforms) -> Found:

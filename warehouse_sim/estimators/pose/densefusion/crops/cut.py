@@ -44,6 +44,8 @@ class Crop:
     """What is known of points that need not be the object's; None where all are pixels of the mask."""
     view: DepthView | None = None
     """The image that it is cut out of, for what judges poses by it; None in training."""
+    bonus: float = 0.0
+    """What the detection says for this object, in units of the verification, <= 0."""
 
     @property
     def masked_points(self) -> Float32[np.ndarray, "q 3"]:
