@@ -49,10 +49,11 @@ def bundle(run: tyro.conf.Positional[Path], name: str, first: Path | None = None
         (model / FIRST_STAGE).mkdir()
         for file in _KEPT:
             shutil.copyfile(first / file, model / FIRST_STAGE / file)
-        _name_no_machine(model / FIRST_STAGE / run_folder.CONFIG)
         # What it began with itself, if that was bundled so.
         if (first / FIRST_STAGE).is_dir():
             shutil.copytree(first / FIRST_STAGE, model / FIRST_STAGE / FIRST_STAGE)
+        for stage in (model / FIRST_STAGE).rglob(run_folder.CONFIG):
+            _name_no_machine(stage)
     weights = safetensors.torch.load_file(run / run_folder.WEIGHTS)
     if without:
         weights = _left_out(model, weights, without)

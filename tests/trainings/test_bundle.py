@@ -48,6 +48,13 @@ def test_a_bundled_model_names_no_folder_of_a_machine(tmp_path: Path, monkeypatc
     after = PoseRun.read(bundle.bundle(run, "small"))
     assert after.started_from == replace(before, name="first/densefusion-depth")
     assert replace(after, started_from=config.started_from) == config
+    first = tmp_path / "first"
+    shutil.copytree(run, first)
+    shutil.rmtree(first / bundle.FIRST_STAGE, ignore_errors=True)
+    shutil.copytree(run, first / bundle.FIRST_STAGE)
+    stages = list(bundle.bundle(run, "small", first).rglob("config.yaml"))
+    assert len(stages) >= 3
+    assert not any("somebody" in file.read_text(encoding="utf-8") for file in stages)
 
 
 def test_the_cheap_methods_are_trained_first_and_time_is_shared() -> None:
