@@ -35,7 +35,7 @@ def description(model: Path) -> list[str]:
         size, seen = f"{config.network.width} filters and more", "boxes"
         finds = "masks" + (" and key points of pallet faces" if config.network.keypoints else "")
         if config.network.kinds:
-            more["tells apart"] = ", ".join(config.network.kinds)
+            more["distinguishes"] = ", ".join(config.network.kinds)
     elif kind == POSES:
         config = PoseRun.read(model)
         size, seen, finds = config.train.size, "crops", f"poses of {len(config.objects)} objects"
