@@ -4,6 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.errors import one_line
 from warehouse_sim.dataset.results.pose_csv import estimate_fault, require_estimates
 from warehouse_sim.errors import InputError
 from warehouse_sim.schema import PoseEstimate
@@ -38,10 +39,8 @@ def test_good_estimates_pass() -> None:
     ],
 )
 def test_what_is_wrong_is_named(changes: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with one_line(InputError, f"my estimator: estimate 1: {words}"):
         require_estimates([GOOD, replace(GOOD, **changes)], "my estimator")
-    assert f"my estimator: estimate 1: {words}" in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("found", [None, 3, "poses", {"a": GOOD}, [3]])

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.errors import one_line
 from warehouse_sim.config import from_mapping, to_mapping
 from warehouse_sim.errors import ConfigError
 from warehouse_sim.generation.recipe import load_recipe
@@ -66,10 +67,8 @@ def test_a_lens_is_read_and_written_only_where_there_is_one() -> None:
     ],
 )
 def test_a_lens_that_cannot_be_is_named_with_its_place(camera: dict, message: str) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with one_line(ConfigError, message):
         from_mapping(RigConfig, {"camera": camera}, "here")
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_preset_can_be_changed_in_part() -> None:
