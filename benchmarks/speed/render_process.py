@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
-from types import TracebackType
-from typing import Self
 
 from benchmarks.speed.cost import Cost, measure
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import Transform
 from warehouse_sim.processes import end_with_parent
 from warehouse_sim.render import open_renderer
-from warehouse_sim.render.renderer import Capabilities, Renderer
+from warehouse_sim.render.renderer import Capabilities, ClosingRenderer, Renderer
 from warehouse_sim.schema import RenderBuffers, SceneSpec
 
 
@@ -27,7 +25,7 @@ class _Held:
 _held: _Held | None = None
 
 
-class RenderProcess:
+class RenderProcess(ClosingRenderer):
     """One backend with one loaded scene; draws when asked, and says what that cost.
 
     Args:
@@ -58,16 +56,6 @@ class RenderProcess:
         """End the process."""
         self._pool.submit(_close).result()
         self._pool.shutdown()
-
-    def __enter__(self) -> Self:
-        """Return the process itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """End the process."""
-        self.close()
 
 
 def render_in_turns(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.render.pathtracing import open_pathtracer
+from tests.render.opened import open_pathtracer
 from warehouse_sim.errors import MissingPackageError, RenderError
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.render.pathtracing import open_pathtracer
+from tests.render.opened import open_pathtracer
 from warehouse_sim.generation.light import LightMeter
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera

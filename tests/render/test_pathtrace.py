@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from tests.render.pathtracing import open_pathtracer
+from tests.render.opened import open_pathtracer
 from warehouse_sim.geometry.camera import PinholeCamera
 from warehouse_sim.geometry.pose import level_camera
 from warehouse_sim.render import Renderer

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from warehouse_sim.errors import MissingPackageError, RenderError
-from warehouse_sim.render import BACKENDS, open_renderer
+from tests.render.opened import open_or_skip
+from warehouse_sim.render import BACKENDS
 from warehouse_sim.render.conformance import Subject
 
 _QUICK: dict[str, dict[str, int]] = {"pathtrace": {"samples": 4}}
@@ -14,15 +14,7 @@ _QUICK: dict[str, dict[str, int]] = {"pathtrace": {"samples": 4}}
 
 @pytest.fixture(scope="session", params=BACKENDS.names())
 def subject(request: pytest.FixtureRequest) -> Iterator[Subject]:
-    """One backend, open; without its package, or the LLVM that it compiles with, it is skipped, and only then."""
+    """One backend, open."""
     name = request.param
-    try:
-        opened = open_renderer(name, **_QUICK.get(name, {}))
-    except MissingPackageError as error:
-        pytest.skip(str(error))
-    except RenderError as error:
-        if "libLLVM" not in str(error):
-            raise
-        pytest.skip(str(error))
-    with opened:
+    with open_or_skip(name, **_QUICK.get(name, {})) as opened:
         yield Subject(name, opened)
