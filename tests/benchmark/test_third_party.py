@@ -10,7 +10,7 @@ from tests.dataset.formats.test_linemod import write_preprocessed
 from tests.dataset.kitti_folder import Thing, write_frame
 from tests.dataset.toy import make_dataset as make_toy
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
-from warehouse_sim.benchmark.entrants.entrant import Group, Oracle, Shuffled
+from warehouse_sim.benchmark.entrants.entrant import Group, Oracle, Request, Shuffled
 from warehouse_sim.benchmark.rows.scores import metric_columns
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.suite import load_suite
@@ -114,8 +114,8 @@ def test_chance_takes_poses_of_other_places_and_none_twice(tmp_path: Path) -> No
     reader = DatasetReader(make_dataset(tmp_path / "data"))
     (group,) = [Group("shuffled", (Shuffled(),))]
     condition = load_suite("industrial").evaluated["industrial"]
-    found = group.members[0].estimates(reader, "test", condition, lambda fraction, note: None)
-    labels_given = Oracle().estimates(reader, "test", condition, lambda fraction, note: None)
+    found = group.members[0].estimates(Request(reader, "test", condition, lambda fraction, note: None))
+    labels_given = Oracle().estimates(Request(reader, "test", condition, lambda fraction, note: None))
     assert len(found) == len(labels_given)
     of_image = {}
     for item in labels_given:

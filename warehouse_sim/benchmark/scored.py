@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.benchmark.entrants.entrant import Entrant, Group, ResultFile
+from warehouse_sim.benchmark.entrants.entrant import Entrant, Group, Request, ResultFile
 from warehouse_sim.benchmark.groups import EdgeConfig, Subjects
 from warehouse_sim.benchmark.kept import file_digest, folder_for, is_kept, keep
 from warehouse_sim.benchmark.machine import machine_text
@@ -96,7 +96,7 @@ def scored(
     place, inputs = _of_predictions(member, condition, opened, out)
     csv = place / _CSV
     if overwrite or not is_kept(place, inputs):
-        estimates = member.estimates(opened.reader, opened.split, condition, progress, out)
+        estimates = member.estimates(Request(opened.reader, opened.split, condition, progress, out))
         make_folder(place)
         predictions.write(csv, estimates)
         if not isinstance(member, ResultFile):

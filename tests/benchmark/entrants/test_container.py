@@ -10,7 +10,7 @@ import pytest
 
 from tests.benchmark.made import bench_folder
 from tests.shared import Shared
-from warehouse_sim.benchmark.entrants.entrant import Evaluated, entrant
+from warehouse_sim.benchmark.entrants.entrant import Evaluated, Request, entrant
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import InputError
@@ -85,7 +85,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def answers(command: str, reader: DatasetReader) -> int:
     (member,) = entrant(command).members
     assert isinstance(member, Evaluated)
-    return len(member.estimates(reader, "test", ConditionConfig("smoke"), lambda done, note: None))
+    return len(member.estimates(Request(reader, "test", ConditionConfig("smoke"), lambda done, note: None)))
 
 
 def test_the_documented_line_answers_every_detection(command: str, reader: DatasetReader) -> None:

@@ -9,7 +9,7 @@ import pytest
 from tests.benchmark.made import bench_folder
 from tests.shared import Shared
 from warehouse_sim.benchmark.entrants.detected import SEEN, read_found, write_found
-from warehouse_sim.benchmark.entrants.entrant import Evaluated
+from warehouse_sim.benchmark.entrants.entrant import Evaluated, Request
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.suite import ConditionConfig
 from warehouse_sim.dataset.reader import DatasetReader
@@ -64,7 +64,7 @@ def test_a_detector_looks_once_for_all_who_share_it(
     def answers(name: str, kept: Path | None, gravity: str = "rig") -> list[PoseEstimate]:
         condition = ConditionConfig("smoke", predict={"detections": "counting", "gravity": gravity})
         member = Evaluated(name, Way(name, PredictConfig()))
-        return member.estimates(reader, "test", condition, lambda done, note: None, kept)
+        return member.estimates(Request(reader, "test", condition, lambda done, note: None, kept))
 
     alone = answers("rectangle-fit", None)
     assert Counting.calls == images

@@ -8,7 +8,7 @@ import pytest
 from tests.benchmark.made import bench_folder
 from tests.shared import Shared
 from warehouse_sim.benchmark import groups
-from warehouse_sim.benchmark.entrants.entrant import Evaluated, Oracle
+from warehouse_sim.benchmark.entrants.entrant import Evaluated, Oracle, Request
 from warehouse_sim.benchmark.entrants.subset import wanted_objects
 from warehouse_sim.benchmark.entrants.ways import Way
 from warehouse_sim.benchmark.groups import fixed_subset, ground_truths, places_of
@@ -43,7 +43,9 @@ def places(reader: DatasetReader) -> list[tuple[int, int, int]]:
 
 
 def estimates(name: str, reader: DatasetReader, condition: ConditionConfig = CONDITION) -> list[PoseEstimate]:
-    return Evaluated(name, Way(name, PredictConfig())).estimates(reader, "test", condition, lambda done, note: None)
+    return Evaluated(name, Way(name, PredictConfig())).estimates(
+        Request(reader, "test", condition, lambda done, note: None)
+    )
 
 
 def answered(found: list[PoseEstimate]) -> set[tuple[int, int, int]]:
@@ -58,7 +60,9 @@ def program(folder: Path, slow: int, seconds: float) -> str:
 
 def test_the_subset_is_the_same_whatever_is_estimated(reader: DatasetReader, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = ground_truths(reader, "test")
-    scored = evaluate(Oracle().estimates(reader, "test", CONDITION, lambda done, note: None), reader, "test").table
+    scored = evaluate(
+        Oracle().estimates(Request(reader, "test", CONDITION, lambda done, note: None)), reader, "test"
+    ).table
     for size in (60, 2):
         monkeypatch.setattr(groups, "SUBSET", size)
         rows = fixed_subset(plain)

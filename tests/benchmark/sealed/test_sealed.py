@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.shared import Shared
-from warehouse_sim.benchmark.entrants.entrant import Oracle
+from warehouse_sim.benchmark.entrants.entrant import Oracle, Request
 from warehouse_sim.benchmark.result import SuiteResult, read_result
 from warehouse_sim.benchmark.run import RunConfig, run_suite
 from warehouse_sim.benchmark.sealed.make import make_set, seeds_of
@@ -162,7 +162,9 @@ def answered(whole: dict[str, Path], folder: Path) -> Path:
     """Write the labels as predictions on a set, and return their folder."""
     folder.mkdir()
     for name, root in whole.items():
-        found = Oracle().estimates(DatasetReader(root), "test", ConditionConfig(name), lambda fraction, note: None)
+        found = Oracle().estimates(
+            Request(DatasetReader(root), "test", ConditionConfig(name), lambda fraction, note: None)
+        )
         predictions.write(folder / f"{name}.csv", found)
     return folder
 

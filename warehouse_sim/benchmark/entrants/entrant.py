@@ -36,6 +36,20 @@ _TRIES = 100
 """Draws before all others are gone through."""
 
 
+@dataclass(frozen=True, eq=False)
+class Request:
+    """What an entrant answers: the images of a split."""
+
+    reader: DatasetReader
+    split: str
+    condition: ConditionConfig
+    """What is evaluated."""
+    progress: Fraction
+    """Called with the fraction that is done."""
+    kept: Path | None = None
+    """Where what detectors find is kept; None keeps nothing."""
+
+
 class Entrant(Protocol):
     """Who answers."""
 
@@ -50,23 +64,8 @@ class Entrant(Protocol):
     def inputs(self, condition: ConditionConfig) -> dict[str, Any]:
         """Return all that decides its answers besides the data."""
 
-    def estimates(
-        self,
-        reader: DatasetReader,
-        split: str,
-        condition: ConditionConfig,
-        progress: Fraction,
-        kept: Path | None = None,
-    ) -> list[PoseEstimate]:
-        """Return its answers to the images of a split.
-
-        Args:
-            reader: The dataset.
-            split: Which images.
-            condition: What is evaluated.
-            progress: Called with the fraction that is done.
-            kept: Where what detectors find is kept; None keeps nothing.
-        """
+    def estimates(self, request: Request) -> list[PoseEstimate]:
+        """Return its answers."""
 
 
 @dataclass(frozen=True)
@@ -80,16 +79,9 @@ class Oracle:
         """Return its name: the data decide the rest."""
         return {"kind": ORACLE}
 
-    def estimates(
-        self,
-        reader: DatasetReader,
-        split: str,
-        condition: ConditionConfig,
-        progress: Fraction,
-        kept: Path | None = None,
-    ) -> list[PoseEstimate]:
+    def estimates(self, request: Request) -> list[PoseEstimate]:
         """Return every label as an estimate."""
-        return [_estimate(image, item, item.T_camera_object) for image, item in _labels(reader, split)]
+        return [_estimate(image, item, item.T_camera_object) for image, item in _labels(request)]
 
 
 @dataclass(frozen=True)
@@ -103,16 +95,9 @@ class Shuffled:
         """Return its name and the seed."""
         return {"kind": SHUFFLED, "seed": _SEED}
 
-    def estimates(
-        self,
-        reader: DatasetReader,
-        split: str,
-        condition: ConditionConfig,
-        progress: Fraction,
-        kept: Path | None = None,
-    ) -> list[PoseEstimate]:
+    def estimates(self, request: Request) -> list[PoseEstimate]:
         """Return every label with the pose of one in another place; of a dataset with one image nothing is left."""
-        labels = _labels(reader, split)
+        labels = _labels(request)
         rng = np.random.default_rng(_SEED)
         by_object: dict[int, list[tuple[ImageRecord, TargetRecord]]] = defaultdict(list)
         for image, item in labels:
@@ -162,19 +147,13 @@ class Evaluated:
             plain["detections"] = GT  # whatever others find: it reads the labels
         return from_mapping(PredictConfig, plain, f"conditions: {condition.data}: predict")
 
-    def estimates(
-        self,
-        reader: DatasetReader,
-        split: str,
-        condition: ConditionConfig,
-        progress: Fraction,
-        kept: Path | None = None,
-    ) -> list[PoseEstimate]:
+    def estimates(self, request: Request) -> list[PoseEstimate]:
         """Return what the estimator says."""
+        reader, split, condition = request.reader, request.split, request.condition
         way = replace(self.way, config=self.config_under(condition))
         if condition.seconds_an_object is not None:
-            return subset_answers(way, reader, split, condition.seconds_an_object, progress, kept)
-        return answers(way, reader, split, condition.disturb, progress, kept)
+            return subset_answers(way, reader, split, condition.seconds_an_object, request.progress, request.kept)
+        return answers(way, reader, split, condition.disturb, request.progress, request.kept)
 
 
 @dataclass(frozen=True)
@@ -189,16 +168,9 @@ class ResultFile:
         """Return the hash of the file."""
         return {"kind": "file", "sha256": file_digest(self._file(condition))}
 
-    def estimates(
-        self,
-        reader: DatasetReader,
-        split: str,
-        condition: ConditionConfig,
-        progress: Fraction,
-        kept: Path | None = None,
-    ) -> list[PoseEstimate]:
+    def estimates(self, request: Request) -> list[PoseEstimate]:
         """Return the rows of the file."""
-        return predictions.read(self._file(condition))
+        return predictions.read(self._file(request.condition))
 
     def _file(self, condition: ConditionConfig) -> Path:
         file = self.path if self.path.suffix == ".csv" else self.path / f"{condition.data}.csv"
@@ -248,8 +220,9 @@ def entrant(name: str) -> Group:
     return Group(shown, (Evaluated(shown, way, trainings=int(way.is_trained)),))
 
 
-def _labels(reader: DatasetReader, split: str) -> list[tuple[ImageRecord, TargetRecord]]:
-    return [(image, item) for image in reader.images(split) for item in image.targets if item.has_pose]
+def _labels(request: Request) -> list[tuple[ImageRecord, TargetRecord]]:
+    images = request.reader.images(request.split)
+    return [(image, item) for image in images for item in image.targets if item.has_pose]
 
 
 def _estimate(image: ImageRecord, item: TargetRecord, T_camera_object: np.ndarray) -> PoseEstimate:
