@@ -8,7 +8,7 @@ import pytest
 from tests.estimators.pose.fitting.test_fit import CAMERA, HALF_TURN, SIZE, box, seen
 from warehouse_sim.estimators.image import RgbdImage
 from warehouse_sim.estimators.pose.fitting.alignment import agreeing, expected_heading
-from warehouse_sim.estimators.pose.fitting.fit import PoseFit
+from warehouse_sim.estimators.pose.fitting.fit import PoseFit, rectangle_fit
 from warehouse_sim.geometry.pose import make_transform, rotation_angle, rotation_z
 
 PLACES = ((3.0, 0.9), (3.0, -0.9), (5.2, 1.3), (5.6, -0.4))
@@ -65,6 +65,17 @@ def test_one_that_hardly_shows_is_put_in_line_with_the_neighbours() -> None:
 def test_what_stands_askew_and_shows_it_stays_so(askew: float) -> None:
     errors = turned_deg(*hall((0.5, 0.5, 0.5, 0.5 + askew)))
     assert errors.max() < 1.5
+
+
+def test_a_rectangle_without_icp_knows_no_neighbours() -> None:
+    estimator = rectangle_fit()
+    estimator.onboard({3: box()})
+    for seed in range(6):
+        image, _ = hall((0.5, 0.5, 0.5, 0.5), seed)
+        together = estimator.estimate(image)
+        for item, detection in zip(together, image.detections, strict=True):
+            (alone,) = estimator.estimate(replace(image, detections=(detection,)))
+            np.testing.assert_array_equal(item.T_camera_object, alone.T_camera_object)
 
 
 def test_crates_across_each_other_agree() -> None:

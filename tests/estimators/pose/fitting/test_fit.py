@@ -198,6 +198,20 @@ def test_two_crates_in_one_mask_are_both_found(apart: np.ndarray) -> None:
         assert np.degrees(rotation_angle(looks[:, :3, :3], pose[None, :3, :3])).min() < 2.0
 
 
+def test_the_likeliest_of_kinds_that_look_alike_is_fitted_to_the_end() -> None:
+    """Of three, two are: without what the detection says, those that come first."""
+    image, _ = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
+    kinds = {number: replace(box(), obj_id=number, name=name) for number, name in ((3, "a"), (4, "b"), (5, "c"))}
+    unsure = replace(image.detections[0], model=None, kind_likelihood={"a": 0.3, "b": 0.4, "c": 0.9})
+    found = {}
+    for given, detection in ((kinds, unsure), ({5: kinds[5]}, replace(unsure, kind_likelihood={}))):
+        estimator = PoseFit()
+        estimator.onboard(given)
+        (found[len(given)],) = estimator.estimate(replace(image, detections=(detection,)))
+    assert found[3].obj_id == 5
+    np.testing.assert_array_equal(found[3].T_camera_object, found[1].T_camera_object)
+
+
 def test_a_crate_that_is_detected_twice_is_not_pushed_aside() -> None:
     image, gt = seen(make_transform(rotation_z(0.6), np.array([3.0, 0.2, 0.15])), -0.2)
     twice = replace(image, detections=tuple(replace(image.detections[0], number=i) for i in (0, 1)))

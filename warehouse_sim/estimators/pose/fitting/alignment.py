@@ -11,7 +11,15 @@ import numpy as np
 from jaxtyping import Float
 
 from warehouse_sim.estimators.gravity import upright_frame
-from warehouse_sim.estimators.pose.fitting.search import FINE, VERIFICATION, Found, Sought, fit_finely, lead_of
+from warehouse_sim.estimators.pose.fitting.search import (
+    FINE,
+    VERIFICATION,
+    FitConfig,
+    Found,
+    Sought,
+    fit_finely,
+    lead_of,
+)
 from warehouse_sim.estimators.pose.fitting.verification import judge_all
 from warehouse_sim.geometry.pose import Transforms, make_transform, rotation_z
 
@@ -31,13 +39,16 @@ _EITHER_QUARTER = 0.45
 """A heading that is off by more than this (rad) may belong to the next quarter turn as well."""
 _POSES = 2
 """Of each object, the best ones, that are turned."""
-_FIT = FINE._replace(prior_turn=0.02)
-"""The ICP of what is turned: it hardly turns it back."""
+_PRIOR_TURN = 0.02
+"""Of the ICP of what is turned (rad): it hardly turns it back."""
 
 
-def in_line(sought: Sequence[Sought], found: Sequence[Found]) -> list[Found]:
-    """Return what is found of the objects of one image, that pose first for which image and neighbours speak."""
-    if len(sought) < _LEAST_OBJECTS:
+def in_line(sought: Sequence[Sought], found: Sequence[Found], config: FitConfig) -> list[Found]:
+    """Return what is found of the objects of one image, that pose first for which image and neighbours speak.
+
+    Where no ICP follows, poses stay as they are: baselines look at one object alone.
+    """
+    if not config.refine or len(sought) < _LEAST_OBJECTS:
         return list(found)
     headings = np.array([_headings(item, one.T_camera_object[:1])[0] for item, one in zip(sought, found, strict=True)])
     counts = np.array([len(item.points) for item in sought])
@@ -48,7 +59,7 @@ def in_line(sought: Sequence[Sought], found: Sequence[Found]) -> list[Found]:
     ]
     if not any(map(len, turned)):
         return list(found)
-    fitted = fit_finely(sought, turned, _FIT)
+    fitted = fit_finely(sought, turned, FINE._replace(grazing=config.grazing, prior_turn=_PRIOR_TURN))
     return [
         _chosen(item, one, poses, headings, weight)
         for item, one, poses, weight in zip(sought, found, fitted, weights, strict=True)
@@ -111,11 +122,11 @@ def _chosen(
 ) -> Found:
     """Return the poses of an object with the turned ones among them, the best first.
 
-    The first one's lead over others, a network's, is that of the same pose turned, too.
+    What was first leads as a network's pose does, and so does the same pose turned.
     """
-    led = np.zeros(len(found.verification) + len(turned), dtype=bool)
-    led[0] = led[len(found.verification) : len(found.verification) + 1] = True
-    lead = led * lead_of(item, found.verification[0])
+    count = len(found.verification)
+    leads = np.isin(np.arange(count + len(turned)), [0, count])
+    lead = leads * lead_of(item, found.verification[0])
     if len(turned):
         verification = judge_all(turned, item.model.surface, item.view, VERIFICATION)
         found = found.with_others(Found(turned, tuple(verification)))

@@ -43,7 +43,7 @@ def search_jointly(sought: Sequence[Sought], config: FitConfig) -> list[Found]:
         images.setdefault(id(sought[i].view.depth), []).append(i)
     for members in images.values():
         those = [sought[i] for i in members]
-        shared = _shared_out(those, in_line(those, [found[i] for i in members]), config)
+        shared = _shared_out(those, in_line(those, [found[i] for i in members], config), config)
         found = [shared[members.index(i)] if i in members else item for i, item in enumerate(found)]
     return found
 
