@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.detectors.boxes import suppress
+from warehouse_sim.estimators.detectors.boxes import Kept, fuse, suppress
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, anchor_recall, assign, cluster_anchors, ignored
 from warehouse_sim.estimators.detectors.yolov5.losses import complete_iou, detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import (
@@ -207,3 +207,52 @@ def test_the_same_boxes_stay_as_in_a_slow_count(seed: int, classes: int) -> None
 def test_nothing_remains_of_nothing() -> None:
     assert len(suppress(np.zeros((0, 4)), np.zeros((0, 2))).boxes) == 0
     assert len(suppress(np.zeros((5, 4)), np.zeros((5, 2))).boxes) == 0
+
+
+def slow_fuse(looks: list[Kept], least: float, same: float) -> list[tuple[float, int, list[float]]]:
+    """Take the best box of all looks again and again, with the best one that each other look has in its place."""
+    left = [
+        (float(score), -number, number, int(label), box.tolist())
+        for number, look in enumerate(looks)
+        for score, label, box in zip(look.scores, look.classes, look.boxes, strict=True)
+    ]
+    left.sort(key=lambda item: -item[0])
+    found = []
+    while left:
+        _, _, _, label, box = left[0]
+        alike = [item for item in left if item[3] == label and overlap(item[4], box) > same]
+        left = [item for item in left if item not in alike]
+        best = [next(item for item in alike if item[2] == number) for number in {item[2] for item in alike}]
+        whole = sum(item[0] for item in best)
+        edges = [sum(item[0] * item[4][edge] for item in best) / whole for edge in range(4)]
+        if whole / len(looks) > least:
+            found.append((whole / len(looks), label, edges))
+    return sorted(found, key=lambda item: -item[0])
+
+
+def overlap(a: list[float], b: list[float]) -> float:
+    shared = max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
+    return shared / ((a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1]) - shared)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_looks_are_fused_as_in_a_slow_count(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes, scores = crowded(rng, 60, 2)
+    looks = [suppress(boxes + rng.normal(0, 0.4, boxes.shape), rng.uniform(0, scores), 0.1, 0.6) for _ in range(3)]
+    found, expected = fuse(looks, 0.2), slow_fuse(looks, 0.2, 0.6)
+    assert len(expected) > 5
+    np.testing.assert_allclose(found.scores, [item[0] for item in expected])
+    np.testing.assert_array_equal(found.classes, [item[1] for item in expected])
+    np.testing.assert_allclose(found.boxes, [item[2] for item in expected])
+
+
+def test_what_both_looks_find_stays_and_what_one_finds_counts_half() -> None:
+    both, once = np.array([[0.0, 0.0, 10.0, 10.0]]), np.array([[50.0, 0.0, 60.0, 10.0]])
+    first = suppress(np.concatenate([both, once]), np.array([[0.8], [0.6]]))
+    second = suppress(both + 1.0, np.array([[0.4]]))
+    found = fuse([first, second], 0.25)
+    np.testing.assert_allclose(found.scores, [0.6, 0.3])
+    np.testing.assert_allclose(found.boxes, np.concatenate([both + 1 / 3, once]))
+    assert len(fuse([first, second], 0.4).scores) == 1
+    assert len(fuse([suppress(both, np.array([[0.1]]))] * 2, 0.25).boxes) == 0

@@ -56,6 +56,45 @@ def suppress(
     return Kept(found[kept], values[kept], classes[kept], rows[kept])
 
 
+def fuse(looks: Sequence[Kept], min_score: float, min_overlap: float = 0.6) -> Kept:
+    """Return one box for what several looks at an image found, the best first.
+
+    Of each look, the best box of a class that overlaps the best one of all is taken; edges are their mean, weighted by
+    score, and the score is the mean over all looks, 0 where one found nothing (weighted boxes fusion: Solovyev et al.,
+    Image and Vision Computing 2021).
+
+    Args:
+        looks: What each found.
+        min_score: Boxes with a lower mean score are left out.
+        min_overlap: Intersection over union from which on boxes of two looks are of one object.
+    """
+    boxes, scores = np.concatenate([look.boxes for look in looks]), np.concatenate([look.scores for look in looks])
+    classes = np.concatenate([look.classes for look in looks])
+    look_of = np.repeat(np.arange(len(looks)), [len(look.scores) for look in looks])
+    best = np.argsort(-scores, kind="stable")
+    alike = (box_ious(boxes, boxes) > min_overlap) & (classes[:, None] == classes)
+    free = np.ones(len(scores), dtype=bool)
+    found = list[tuple[Float[np.ndarray, " 4"], float, int, int]]()
+    for row in best:
+        if not free[row]:
+            continue
+        group = best[alike[row, best] & free[best]]
+        free[group] = False
+        _, first = np.unique(look_of[group], return_index=True)
+        taken = group[np.sort(first)]
+        weights = scores[taken]
+        mean = float(weights.sum()) / len(looks)
+        if mean > min_score:
+            found.append((weights @ boxes[taken] / weights.sum(), mean, int(classes[row]), int(row)))
+    found.sort(key=lambda item: -item[1])
+    return Kept(
+        np.array([item[0] for item in found]).reshape(-1, 4),
+        np.array([item[1] for item in found]),
+        np.array([item[2] for item in found], dtype=int),
+        np.array([item[3] for item in found], dtype=int),
+    )
+
+
 def box_precision(
     found: Sequence[Kept],
     boxes: Sequence[Float[np.ndarray, "m 4"]],

@@ -31,7 +31,7 @@ QUICK = ("densefusion-pointcloud", "densefusion-middle-1")
 def test_overfits_16_crops(name: str) -> None:
     network_config = small_input(ESTIMATORS.get(name).network("nano"))
     # Noise in the images tells 16 crops apart; the cloud alone takes longer to.
-    steps = 50 if network_config.images else 80
+    steps = 70 if network_config.images else 80
     crops = made_set(16, network_config.side_px, depth=network_config.reads_depth, rgb=network_config.reads_rgb)
     torch.manual_seed(0)
     config = TrainConfig(max_minutes=None, max_steps=steps, batch=16, learning_rate=2e-3, augment=STILL)

@@ -119,7 +119,7 @@ class TrainedSweepDetector(Detector):
     reads_sweep = True
     reads_rgb = False
 
-    def __init__(self, run: Path, config: DetectConfig = DetectConfig()) -> None:  # noqa: B008  frozen
+    def __init__(self, run: Path, config: DetectConfig = DetectConfig(min_score=0.25)) -> None:  # noqa: B008  frozen
         self.run_config, self.config = SweepRun.read(run), config
         self._network: SweepNetwork = self.run_config.load_network(run)
         self._device, self._threads = place(self._network, config.device, config.threads)

@@ -102,7 +102,9 @@ class TrainedSegmenter(Segmenter):
 
     @torch.inference_mode()
     def look(self, image: RgbdImage, boxes: Sequence[Edges]) -> SeenBoxes:
-        """Return what the network says of boxes of edges (px).
+        """Return what the network says of boxes of edges (px): the mean of what it says of each and of its mirror.
+
+        Key points are those of the box itself.
 
         Raises:
             InputError: The image lacks colour, which the segmenter reads.
@@ -114,9 +116,15 @@ class TrainedSegmenter(Segmenter):
         chances, peaks, kinds = list[Tensor](), list[Peaks](), list[Tensor]()
         with cpu_threads(self._threads):
             for start in range(0, len(windows), _BOXES_AT_ONCE):
-                said: Said = self._network(*self._tensors(image, windows[start : start + _BOXES_AT_ONCE]))
-                chances.append(torch.sigmoid(said.mask.float()).cpu())
-                kinds.append(torch.softmax(said.kinds.float(), dim=1).cpu())
+                rgb, depth, width = self._tensors(image, windows[start : start + _BOXES_AT_ONCE])
+                said: Said = self._network(rgb, depth, width)
+                mirrored: Said = self._network(
+                    None if rgb is None else rgb.flip(2), None if depth is None else depth.flip(2), width
+                )
+                mask = torch.sigmoid(said.mask.float()) + torch.sigmoid(mirrored.mask.float()).flip(2)
+                chances.append((mask / 2.0).cpu())
+                likely = [item.kinds.float().log_softmax(dim=1) for item in (said, mirrored)]
+                kinds.append(torch.softmax((likely[0] + likely[1]) / 2.0, dim=1).cpu())
                 if said.places.shape[1]:
                     peaks.append(find_peaks(said.places.float()))
         found = Peaks(*(np.concatenate(parts) for parts in zip(*peaks, strict=True))) if peaks else None
