@@ -1,16 +1,7 @@
 import numpy as np
 import pytest
 
-from warehouse_sim.catalog.loads.artwork import (
-    barcode,
-    handling_mark,
-    moved,
-    on_side,
-    rectangle,
-    text_lines,
-    word,
-    word_width,
-)
+from warehouse_sim.catalog.loads import artwork
 from warehouse_sim.catalog.loads.cartons import ALL_SKUS, HEAVY_SKUS, SKUS, carton
 from warehouse_sim.catalog.loads.strength import bears
 
@@ -98,8 +89,8 @@ def test_marks_and_label_do_not_overlap(name: str) -> None:
     model = carton(name)
     paper = next(part for part in model.parts if part.material == "label_paper").placed().vertices
     for axis, side in ((1, 0), (0, 1)):
-        on_side = paper[paper[:, axis] > model.size[axis] / 2 - 0.002]
-        label = on_side[on_side[:, 2] < 0.0] if ALL_SKUS[name].artwork.band else on_side
+        outside = paper[paper[:, axis] > model.size[axis] / 2 - 0.002]
+        label = outside[outside[:, 2] < 0.0] if ALL_SKUS[name].artwork.band else outside
         assert np.ptp(label[:, side]) == pytest.approx(ALL_SKUS[name].label[0])
         ink = ALL_SKUS[name].artwork.ink
         if ink == "print_dark":
@@ -119,23 +110,23 @@ def extent(shapes: tuple) -> np.ndarray:
 
 
 def test_a_barcode_fills_its_width_with_bars_of_whole_modules() -> None:
-    bars = barcode(7, 0.1, 0.03)
+    bars = artwork.barcode(7, 0.1, 0.03)
     np.testing.assert_allclose(extent(bars), [[-0.05, -0.015], [0.05, 0.015]])
     widths = np.array([bar[1][0] - bar[0][0] for bar in bars])
     module = widths.min()
     assert len(bars) == 18
     np.testing.assert_allclose(widths / module, np.round(widths / module))
     assert widths.max() / module <= 3.0 + 1e-9
-    assert barcode(7, 0.1, 0.03) == bars
-    assert barcode(8, 0.1, 0.03) != bars
+    assert artwork.barcode(7, 0.1, 0.03) == bars
+    assert artwork.barcode(8, 0.1, 0.03) != bars
 
 
 def test_words_lines_and_marks_have_the_size_requested_for() -> None:
-    assert word_width("ALTO", 0.06) == pytest.approx(0.19)
-    np.testing.assert_allclose(np.ptp(extent(word("ALTO", 0.06)), axis=0), [0.19, 0.06])
-    np.testing.assert_allclose(extent(text_lines(0.1, 0.04, (0.5, 1.0)))[1], [0.05, 0.02])
+    assert artwork.word_width("ALTO", 0.06) == pytest.approx(0.19)
+    np.testing.assert_allclose(np.ptp(extent(artwork.word("ALTO", 0.06)), axis=0), [0.19, 0.06])
+    np.testing.assert_allclose(extent(artwork.text_lines(0.1, 0.04, (0.5, 1.0)))[1], [0.05, 0.02])
     for mark in ("up", "fragile", "dry"):
-        low, high = extent(handling_mark(mark, 0.1))
+        low, high = extent(artwork.handling_mark(mark, 0.1))
         assert 0.1 <= high[1] - low[1] <= 0.107
         assert high[0] - low[0] < 0.1
 
@@ -144,8 +135,8 @@ def test_words_lines_and_marks_have_the_size_requested_for() -> None:
     ("side", "axis", "right"), [("+y", 1, (0, -1)), ("-y", 1, (0, 1)), ("+x", 0, (1, 1)), ("-x", 0, (1, -1))]
 )
 def test_print_reads_from_outside(side: str, axis: int, right: tuple[int, int]) -> None:
-    shape = moved((rectangle(0.0, 0.0, 0.04, 0.02),), 0.05, 0.01)
-    (part,) = on_side(shape, side, SIZE, "print_dark", 0.001, 0.002)
+    shape = artwork.moved((artwork.rectangle(0.0, 0.0, 0.04, 0.02),), 0.05, 0.01)
+    (part,) = artwork.on_side(shape, side, SIZE, "print_dark", 0.001, 0.002)
     vertices = part.placed().vertices
     outer = np.abs(vertices[:, axis]).max()
     assert outer == pytest.approx(SIZE[axis] / 2 - 0.001)

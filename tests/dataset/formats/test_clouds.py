@@ -9,17 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.dataset.toy import (
-    CAMERA,
-    PALLET,
-    T_CAMERA_LIDAR,
-    failures,
-    make_dataset,
-    make_manifest,
-    make_scene,
-    observe,
-    write_scene,
-)
+from tests.dataset import toy
 from warehouse_sim.dataset.files.point_table import camera_table, sweep_table
 from warehouse_sim.dataset.formats.clouds.pcd_cloud import encode_pcd, read_pcd_cloud
 from warehouse_sim.dataset.formats.clouds.ply_cloud import encode_ply, read_ply_cloud
@@ -46,7 +36,7 @@ def pcd_points(path: Path) -> np.ndarray:
 
 
 def test_a_sweep_is_that_of_the_lidar_in_its_own_frame(streams_root: Path) -> None:
-    scan = observe(make_scene(0))[0].lidar
+    scan = toy.observe(toy.make_scene(0))[0].lidar
     assert scan is not None
     folder = streams_root / "ply" / "train" / "000000"
     vertices = trimesh.load(folder / "000000_lidar.ply").vertices
@@ -70,10 +60,10 @@ def test_labels_are_classes_of_ids(streams_root: Path) -> None:
 
 
 def test_the_cloud_of_the_camera_is_its_depth_and_colour_seen_through_its_pixels(streams_root: Path) -> None:
-    observation = observe(make_scene(0))[0]
+    observation = toy.observe(toy.make_scene(0))[0]
     rows = pcd_points(streams_root / "pcd" / "train" / "000000" / "000000_camera.pcd")
-    u = np.rint(CAMERA.fx * rows["x"] / rows["z"] + CAMERA.cx).astype(int)
-    v = np.rint(CAMERA.fy * rows["y"] / rows["z"] + CAMERA.cy).astype(int)
+    u = np.rint(toy.CAMERA.fx * rows["x"] / rows["z"] + toy.CAMERA.cx).astype(int)
+    v = np.rint(toy.CAMERA.fy * rows["y"] / rows["z"] + toy.CAMERA.cy).astype(int)
     image = np.zeros(observation.rgbd.depth.shape, np.float32)
     image[v, u] = rows["z"]
     np.testing.assert_array_equal(image, observation.rgbd.depth)
@@ -101,12 +91,12 @@ def test_poses_bring_lidar_and_camera_together(streams_root: Path) -> None:
 
 @pytest.mark.parametrize("name", ["ply", "pcd"])
 def test_the_reader_of_a_dataset_has_its_sweeps(tmp_path: Path, name: str) -> None:
-    reader = DatasetReader(make_dataset(tmp_path / "data", make_manifest(formats=("bop", name))))
+    reader = DatasetReader(toy.make_dataset(tmp_path / "data", toy.make_manifest(formats=("bop", name))))
     for image in reader.images("val"):
-        found, own = reader.sweep(image), observe(make_scene(image.scene_id))[image.image_id].lidar
+        found, own = reader.sweep(image), toy.observe(toy.make_scene(image.scene_id))[image.image_id].lidar
         assert found is not None
         assert own is not None
-        np.testing.assert_array_equal(found.T_camera_sensor, T_CAMERA_LIDAR)
+        np.testing.assert_array_equal(found.T_camera_sensor, toy.T_CAMERA_LIDAR)
         for field in ("points", "intensity", "instance_ids", "ring", "time"):
             np.testing.assert_array_equal(getattr(found.reading, field), getattr(own, field))
 
@@ -115,33 +105,33 @@ def test_validate_holds_and_finds_millimetres(streams_root: Path, tmp_path: Path
     checks = {check.name: check for check in validate(streams_root)}
     assert all(check.ok for check in checks.values()), checks
     assert {"ply files", "ply clouds", "pcd files", "pcd clouds"} <= checks.keys()
-    copy = make_dataset(tmp_path / "data", make_manifest(formats=("ply",)))
+    copy = toy.make_dataset(tmp_path / "data", toy.make_manifest(formats=("ply",)))
     path = copy / "ply" / "train" / "000000" / "000000_lidar.ply"
     table = read_ply_cloud(path).copy()
     for name in "xyz":
         table[name] *= 1000.0
     path.write_bytes(encode_ply(table, "metres"))
-    (problem,) = failures(copy).values()
+    (problem,) = toy.failures(copy).values()
     assert str(path) in problem
     assert "metres are expected" in problem
 
 
 def test_a_scene_that_was_broken_off_is_written_again(tmp_path: Path) -> None:
-    store = DatasetStore(tmp_path, make_manifest(formats=("ply",)))
-    store.begin([PALLET], CAMERA)
+    store = DatasetStore(tmp_path, toy.make_manifest(formats=("ply",)))
+    store.begin([toy.PALLET], toy.CAMERA)
     stray = tmp_path / "ply" / "train" / "000000" / "000099_lidar.ply"
     stray.parent.mkdir(parents=True)
     stray.write_bytes(b"half")
-    write_scene(store, 0)
+    toy.write_scene(store, 0)
     assert not stray.exists()
 
 
 @pytest.mark.parametrize("name", ["ply", "pcd"])
 def test_an_observation_without_lidar_or_objects_is_written(tmp_path: Path, name: str) -> None:
-    scene = make_scene(0)
-    bare = [replace(item.with_reading("lidar", None), annotations=()) for item in observe(scene)]
-    store = DatasetStore(tmp_path, make_manifest(1, (name,)))
-    store.begin([PALLET], CAMERA)
+    scene = toy.make_scene(0)
+    bare = [replace(item.with_reading("lidar", None), annotations=()) for item in toy.observe(scene)]
+    store = DatasetStore(tmp_path, toy.make_manifest(1, (name,)))
+    store.begin([toy.PALLET], toy.CAMERA)
     store.write_scene(replace(scene, instances=()), bare, Outcome({}, "none"))
     data = json.loads((tmp_path / name / "train" / "000000" / "000000.json").read_text())
     assert set(data["sensors"]) == {"camera"}
@@ -151,7 +141,7 @@ def test_an_observation_without_lidar_or_objects_is_written(tmp_path: Path, name
 @pytest.mark.parametrize("name", ["ply", "pcd"])
 @pytest.mark.parametrize("kind", ["sweep", "camera", "empty"])
 def test_a_cloud_comes_back_as_it_was(tmp_path: Path, name: str, kind: str) -> None:
-    observation = observe(make_scene(1))[0]
+    observation = toy.observe(toy.make_scene(1))[0]
     assert observation.lidar is not None
     table = camera_table(observation, {}) if kind == "camera" else sweep_table(observation.lidar, {11: "pallet"})
     table = table[:0] if kind == "empty" else table

@@ -4,17 +4,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from tests.evaluation.pallet import CORNERS, SYMMETRY, nudge, random_motion, seen_from, surface
-from warehouse_sim.evaluation.errors.pose_error import (
-    add,
-    add_s,
-    chamfer,
-    estimates_in_object,
-    mssd,
-    nearest_symmetry,
-    rotation_error,
-    surface_rms,
-    translation_error,
-)
+from warehouse_sim.evaluation.errors import pose_error
 from warehouse_sim.geometry.pose import make_transform, rotation_x, rotation_z, transform_points
 from warehouse_sim.geometry.symmetry import SymmetryGroup
 
@@ -22,15 +12,15 @@ HALF_TURN = make_transform(rotation_z(np.pi))
 
 
 def symmetric_add(T_estimated, T_gt, symmetry=SYMMETRY):
-    return add(estimates_in_object(T_estimated, T_gt, symmetry), surface()).min(axis=-1)
+    return pose_error.add(pose_error.estimates_in_object(T_estimated, T_gt, symmetry), surface()).min(axis=-1)
 
 
 def symmetric_mssd(T_estimated, T_gt, symmetry=SYMMETRY):
-    return mssd(estimates_in_object(T_estimated, T_gt, symmetry), CORNERS).min(axis=-1)
+    return pose_error.mssd(pose_error.estimates_in_object(T_estimated, T_gt, symmetry), CORNERS).min(axis=-1)
 
 
 def legacy_add_s(T_estimated, T_gt):
-    return add_s(np.linalg.inv(T_gt) @ T_estimated, surface(), KDTree(surface()))
+    return pose_error.add_s(np.linalg.inv(T_gt) @ T_estimated, surface(), KDTree(surface()))
 
 
 def random_pairs(count: int = 60):
@@ -95,12 +85,12 @@ def test_add_s_measures_from_true_points_to_estimated_points():
     points = np.array([[0.0, 0, 0], [4, 0, 0], [0, 1, 0]])
     T = make_transform(translation=np.array([4.0, 0.0, 0.0]))
     # True points at (0, 0), (4, 0), (0, 1), estimated ones at (4, 0), (8, 0), (4, 1): 4, 0 and 4. The reverse: 0, 4, 1.
-    assert add_s(T, points, KDTree(points)) == pytest.approx(8 / 3)
-    assert chamfer(T, points, KDTree(points)) == pytest.approx((8 / 3 + 5 / 3) / 2)
+    assert pose_error.add_s(T, points, KDTree(points)) == pytest.approx(8 / 3)
+    assert pose_error.chamfer(T, points, KDTree(points)) == pytest.approx((8 / 3 + 5 / 3) / 2)
     T = make_transform(translation=np.array([1.0, 0.0, 0.0]))
     skewed = np.array([[0.0, 0, 0], [0.1, 0, 0]])
     # From true to estimated: 1.0 and 0.9; both differ from the mean of the reverse only by which end is nearest.
-    assert add_s(T, skewed, KDTree(skewed)) == pytest.approx(0.95)
+    assert pose_error.add_s(T, skewed, KDTree(skewed)) == pytest.approx(0.95)
 
 
 def test_an_upside_down_pallet_fails_add_but_fools_add_s():
@@ -114,17 +104,17 @@ def test_nearest_symmetry_undoes_the_half_turn_and_gives_rotation_and_translatio
     true = np.stack([seen_from(4.0), seen_from(3.0, 0.5)])
     moved = nudge(x=0.03, y=-0.04, yaw=np.deg2rad(3.0))
     estimated = np.stack([true[0] @ moved, true[1] @ moved @ HALF_TURN])
-    best, index = nearest_symmetry(estimates_in_object(estimated, true, SYMMETRY), CORNERS)
+    best, index = pose_error.nearest_symmetry(pose_error.estimates_in_object(estimated, true, SYMMETRY), CORNERS)
     assert index.tolist() == [0, 1]
-    assert np.rad2deg(rotation_error(best)) == pytest.approx(3.0)
-    assert translation_error(best) == pytest.approx(0.05)
+    assert np.rad2deg(pose_error.rotation_error(best)) == pytest.approx(3.0)
+    assert pose_error.translation_error(best) == pytest.approx(0.05)
     assert best == pytest.approx(np.stack([moved, moved]), abs=1e-12)
 
 
 def test_many_estimates_at_once_give_what_they_give_one_by_one():
     rng = np.random.default_rng(0)
     T = np.stack([random_motion(rng, 1.0, 0.5) for _ in range(600)])
-    assert add(T, CORNERS) == pytest.approx([float(add(one, CORNERS)) for one in T])
+    assert pose_error.add(T, CORNERS) == pytest.approx([float(pose_error.add(one, CORNERS)) for one in T])
 
 
 @pytest.mark.parametrize("scale", [0.0, 1e-9, 1e-6, 1e-3, 0.1, 3.0])
@@ -136,8 +126,10 @@ def test_add_and_rms_are_those_of_points_that_are_moved_one_by_one(scale: float)
         for t in (scale * rng.normal(size=3), fixed - turn @ fixed):  # the latter leaves one point where it is
             T = make_transform(turn, t)
             distance = np.linalg.norm(points @ turn.T + t - points, axis=1)
-            assert add(T, points) == pytest.approx(distance.mean(), abs=1e-9 * max(scale, 1e-6), rel=1e-9)
-            assert surface_rms(T, points) == pytest.approx(np.sqrt((distance**2).mean()), abs=1e-11, rel=1e-9)
+            assert pose_error.add(T, points) == pytest.approx(distance.mean(), abs=1e-9 * max(scale, 1e-6), rel=1e-9)
+            assert pose_error.surface_rms(T, points) == pytest.approx(
+                np.sqrt((distance**2).mean()), abs=1e-11, rel=1e-9
+            )
 
 
 @pytest.mark.parametrize(("angle", "offset"), [(0.05, 0.05), (np.pi, 3.0), (0.0, 300.0)])
@@ -145,7 +137,7 @@ def test_add_s_is_what_brute_force_finds(angle: float, offset: float):
     rng = np.random.default_rng(2)
     T, points = np.stack([random_motion(rng, angle, offset) for _ in range(60)]), surface()
     expected = [cdist(points, transform_points(move, points)).min(axis=1).mean() for move in T]
-    assert add_s(T, points, KDTree(points)) == pytest.approx(np.array(expected), rel=1e-9, abs=1e-12)
+    assert pose_error.add_s(T, points, KDTree(points)) == pytest.approx(np.array(expected), rel=1e-9, abs=1e-12)
 
 
 def test_chamfer_is_the_mean_of_both_ways():
@@ -154,5 +146,5 @@ def test_chamfer_is_the_mean_of_both_ways():
     moved = T[:, None, :3, :3] @ points[:, :, None] + T[:, None, :3, 3:]
     apart = np.linalg.norm(moved[..., 0][:, :, None] - points, axis=-1)
     expected = (apart.min(axis=1).mean(axis=1) + apart.min(axis=2).mean(axis=1)) / 2.0
-    assert chamfer(T, points, KDTree(points)) == pytest.approx(expected)
-    assert chamfer(HALF_TURN, points, KDTree(points)) == pytest.approx(0.0, abs=1e-12)
+    assert pose_error.chamfer(T, points, KDTree(points)) == pytest.approx(expected)
+    assert pose_error.chamfer(HALF_TURN, points, KDTree(points)) == pytest.approx(0.0, abs=1e-12)

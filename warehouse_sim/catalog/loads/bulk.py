@@ -16,16 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warehouse_sim.catalog.loads.artwork import (
-    Side,
-    barcode,
-    handling_mark,
-    moved,
-    on_side,
-    rectangle,
-    text_lines,
-    word,
-)
+from warehouse_sim.catalog.loads import artwork
 from warehouse_sim.catalog.loads.cages import bar, stations
 from warehouse_sim.catalog.parts import box_part, fused, lofted, mesh_part, model_of, slab_part, solid_box, solid_part
 from warehouse_sim.geometry.mesh import TriangleMesh, merge
@@ -103,22 +94,22 @@ def _bands(sku: OctabinSku) -> list[float]:
 def _print(sku: OctabinSku) -> list[Part]:
     """Return brand, marks and a label on the long sides, a label on one short side."""
     size = (sku.length, sku.width, sku.height)
-    ink = [*moved(word(sku.brand, 0.11), 0.0, 0.10 * sku.height)]
-    ink += moved(handling_mark("up", 0.12), -0.2, -0.12 * sku.height)
-    ink += moved(handling_mark("dry", 0.12), -0.05, -0.12 * sku.height)
+    ink = [*artwork.moved(artwork.word(sku.brand, 0.11), 0.0, 0.10 * sku.height)]
+    ink += artwork.moved(artwork.handling_mark("up", 0.12), -0.2, -0.12 * sku.height)
+    ink += artwork.moved(artwork.handling_mark("dry", 0.12), -0.05, -0.12 * sku.height)
     pieces: list[Part] = []
-    long_sides: tuple[Side, ...] = ("-y", "+y")
+    long_sides: tuple[artwork.Side, ...] = ("-y", "+y")
     for side in long_sides:
-        pieces += on_side(tuple(ink), side, size, "print_blue", 0.002, 0.003)
-    label = moved((rectangle(-0.105, -0.074, 0.105, 0.074),), 0.15, -0.13 * sku.height)
+        pieces += artwork.on_side(tuple(ink), side, size, "print_blue", 0.002, 0.003)
+    label = artwork.moved((artwork.rectangle(-0.105, -0.074, 0.105, 0.074),), 0.15, -0.13 * sku.height)
     lines = (
-        *moved(text_lines(0.18, 0.05, (0.9, 0.6, 0.8)), 0.0, 0.04),
-        *moved(barcode(sku.obj_id, 0.16, 0.05), 0.0, -0.03),
+        *artwork.moved(artwork.text_lines(0.18, 0.05, (0.9, 0.6, 0.8)), 0.0, 0.04),
+        *artwork.moved(artwork.barcode(sku.obj_id, 0.16, 0.05), 0.0, -0.03),
     )
-    labelled: tuple[Side, ...] = ("-y", "+x")
+    labelled: tuple[artwork.Side, ...] = ("-y", "+x")
     for side in labelled:
-        pieces += on_side(label, side, size, "label_paper", 0.001, 0.004)
-        pieces += on_side(moved(lines, 0.15, -0.13 * sku.height), side, size, "print_dark", 0.0, 0.002)
+        pieces += artwork.on_side(label, side, size, "label_paper", 0.001, 0.004)
+        pieces += artwork.on_side(artwork.moved(lines, 0.15, -0.13 * sku.height), side, size, "print_dark", 0.0, 0.002)
     return pieces
 
 
@@ -267,16 +258,16 @@ def _cage() -> list[Part]:
 def _plates(obj_id: int) -> list[Part]:
     """Return a steel plate with a label on the front and on one long side."""
     size = (_IBC_LENGTH, _IBC_WIDTH, _IBC_HEIGHT)
-    plate, paper = rectangle(-0.21, -0.02, 0.21, 0.30), rectangle(-0.15, 0.02, 0.15, 0.23)
+    plate, paper = artwork.rectangle(-0.21, -0.02, 0.21, 0.30), artwork.rectangle(-0.15, 0.02, 0.15, 0.23)
     ink = (
-        *moved(text_lines(0.26, 0.08, (0.9, 0.6, 0.75, 0.5)), 0.0, 0.18),
-        *moved(barcode(obj_id, 0.22, 0.06), 0.0, 0.07),
+        *artwork.moved(artwork.text_lines(0.26, 0.08, (0.9, 0.6, 0.75, 0.5)), 0.0, 0.18),
+        *artwork.moved(artwork.barcode(obj_id, 0.22, 0.06), 0.0, 0.07),
     )
     pieces: list[Part] = []
     for side in ("-x", "-y"):
-        pieces += on_side((plate,), side, size, _ZINC, 0.002, 0.004)
-        pieces += on_side((paper,), side, size, "label_paper", 0.001, 0.003)
-        pieces += on_side(ink, side, size, "print_dark", 0.0, 0.002)
+        pieces += artwork.on_side((plate,), side, size, _ZINC, 0.002, 0.004)
+        pieces += artwork.on_side((paper,), side, size, "label_paper", 0.001, 0.003)
+        pieces += artwork.on_side(ink, side, size, "print_dark", 0.0, 0.002)
     return pieces
 
 
