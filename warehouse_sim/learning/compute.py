@@ -73,7 +73,8 @@ def place(
         InputError: A GPU is requested, and torch finds none.
     """
     chosen = chosen_device(device)
-    network.to(chosen)
+    # Convolutions of CPUs and GPUs read the channels of a pixel together.
+    network.to(chosen, memory_format=torch.channels_last)  # type: ignore[call-overload]  # not in torch's stubs
     small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
     return chosen, threads or (1 if small else None)
 
