@@ -240,7 +240,7 @@ def test_looks_are_fused_as_in_a_slow_count(seed: int) -> None:
     rng = np.random.default_rng(seed)
     boxes, scores = crowded(rng, 60, 2)
     looks = [suppress(boxes + rng.normal(0, 0.4, boxes.shape), rng.uniform(0, scores), 0.1, 0.6) for _ in range(3)]
-    found, expected = fuse(looks, 0.2), slow_fuse(looks, 0.2, 0.6)
+    found, expected = fuse(looks, 0.2, 0.6), slow_fuse(looks, 0.2, 0.6)
     assert len(expected) > 5
     np.testing.assert_allclose(found.scores, [item[0] for item in expected])
     np.testing.assert_array_equal(found.classes, [item[1] for item in expected])
@@ -251,8 +251,8 @@ def test_what_both_looks_find_stays_and_what_one_finds_counts_half() -> None:
     both, once = np.array([[0.0, 0.0, 10.0, 10.0]]), np.array([[50.0, 0.0, 60.0, 10.0]])
     first = suppress(np.concatenate([both, once]), np.array([[0.8], [0.6]]))
     second = suppress(both + 1.0, np.array([[0.4]]))
-    found = fuse([first, second], 0.25)
+    found = fuse([first, second], 0.25, 0.6)
     np.testing.assert_allclose(found.scores, [0.6, 0.3])
     np.testing.assert_allclose(found.boxes, np.concatenate([both + 1 / 3, once]))
-    assert len(fuse([first, second], 0.4).scores) == 1
-    assert len(fuse([suppress(both, np.array([[0.1]]))] * 2, 0.25).boxes) == 0
+    assert len(fuse([first, second], 0.4, 0.6).scores) == 1
+    assert len(fuse([suppress(both, np.array([[0.1]]))] * 2, 0.25, 0.6).boxes) == 0

@@ -83,6 +83,22 @@ def test_the_network_looks_again_where_its_first_mask_is(run: Path, toy_root: Pa
     assert mask_edges(np.zeros((4, 5), bool)) is None
 
 
+def test_masks_of_the_mirror_image_are_mirrored(run: Path, toy_root: Path) -> None:
+    """Whatever it has learned: of a box and its mirror image, the mean is the same for both."""
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    assert image.rgb is not None
+    mirrored = replace(image, rgb=image.rgb[:, ::-1].copy(), depth=image.depth[:, ::-1].copy())
+    edges = [detection_edges(item) for item in image.detections]
+    turned = [
+        (image.camera.width - right, top, image.camera.width - left, bottom) for left, top, right, bottom in edges
+    ]
+    segmenter = TrainedSegmenter(run)
+    found, expected = segmenter.look(mirrored, turned), segmenter.look(image, edges)
+    assert np.ptp(expected.probability) > 0.5
+    assert np.abs(expected.probability - expected.probability[..., ::-1]).max() > 0.1
+    np.testing.assert_allclose(found.probability[..., ::-1], expected.probability, atol=0.01)
+
+
 def test_kinds_are_told_by_name_and_strange_ones_rejected(run: Path, toy_root: Path, tmp_path: Path) -> None:
     names = tuple(info.name for info in DatasetReader(toy_root).objects.values())
     config = replace(CONFIG, max_steps=2, validations=1, kinds=names)

@@ -56,7 +56,7 @@ def suppress(
     return Kept(found[kept], values[kept], classes[kept], rows[kept])
 
 
-def fuse(looks: Sequence[Kept], min_score: float, min_overlap: float = 0.6) -> Kept:
+def fuse(looks: Sequence[Kept], min_score: float, min_overlap: float) -> Kept:
     """Return one box for what several looks at an image found, the best first.
 
     Of each look, the best box of a class that overlaps the best one of all is taken; edges are their mean, weighted by
