@@ -21,7 +21,8 @@ from warehouse_sim.dataset.results.detections import read_results, write_results
 from warehouse_sim.dataset.split import SplitConfig
 from warehouse_sim.estimators.predict import detect, predict
 from warehouse_sim.estimators.settings import PredictConfig
-from warehouse_sim.evaluation import evaluate
+from warehouse_sim.evaluation import Scores, evaluate
+from warehouse_sim.evaluation.any_name import under_any_name
 from warehouse_sim.evaluation.detection.scores import Evaluated, precision_intervals, seen_by_class, wanted_in
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval
@@ -129,21 +130,31 @@ def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
 
 
 def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
-    """Return the fractions with ADD under a tenth of the diameter, and docked of the pallets that a truck can take."""
+    """Return the fractions with ADD under a tenth of the diameter, and docked of the pallets that a truck can take.
+
+    A wrong kind counts as a miss, but for ``docked_any_name``.
+    """
     estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
         config = replace(config, detections="+".join(f"{name}{ending}" for name in _FRONT_END))
-    poses = predict(f"{estimator}{ending}", root, "test", config)
-    scores = evaluate(poses, root, "test", method=estimator)
-    table = scores.table.select(scores.table.class_name == "pallet")
+    poses, reader = predict(f"{estimator}{ending}", root, "test", config), DatasetReader(root)
+    scores = evaluate(poses, reader, "test", method=estimator)
+    table = _pallets(scores)
     can = table.select(table.dockable)
+    renamed = _pallets(evaluate(under_any_name(poses, reader, "test"), reader, "test"))
+    by_any_name = renamed.select(renamed.dockable)
     near = table.select((table.distance <= _NEAR) & (table.visible_fraction >= _WELL_SEEN))
     return {
         **_fraction(table.add < 0.1 * table.diameter, table),
         **({"docked": _fraction(can.docks(), can)} if len(can) else {}),
+        **({"docked_any_name": _fraction(by_any_name.docks(), by_any_name)} if len(can) else {}),
         "add_10pct_near": _fraction(near.add < 0.1 * near.diameter, near),
         "seconds_an_image": scores.seconds_per_image,
     }
+
+
+def _pallets(scores: Scores) -> ErrorTable:
+    return scores.table.select(scores.table.class_name == "pallet")
 
 
 def _fraction(right: np.ndarray, table: ErrorTable) -> dict[str, Any]:
