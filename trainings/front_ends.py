@@ -121,6 +121,7 @@ _ANY_CAMERA = ImageAugmentConfig(zoom=2.0, camera=0.6)
 IN_WAREHOUSES = {
     "detector-depth": Plan(replace(_WIDE, classes=("pallet",))),
     "segmenter-depth": Plan(_PALLET_MASKS),
+    "segmenter-rgb": Plan(_PALLET_MASKS),
     "segmenter-rgbd": Plan(_PALLET_MASKS),
     "densefusion-depth": Plan(_POSES),
     # Begins with what ``trainings.imagenet`` writes.

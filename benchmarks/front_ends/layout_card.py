@@ -20,10 +20,18 @@ _PIXELS, _ALONE = "densefusion-depth, from pixels", "densefusion-depth alone"
 _SHOWN = {
     "detector-depth": {"boxes AP50": ("boxes", "")},
     "segmenter-depth": {"masks AP50, in boxes of detector-depth-warehouses": ("masks", "")},
+    "segmenter-rgb": {
+        "masks AP50, after segmenter-depth-warehouses, in boxes of detector-depth-warehouses": (
+            "masks, depth and RGB",
+            "",
+        ),
+        "of segmenter-depth-warehouses alone": ("masks", ""),
+    },
     "detector-rgb": {"boxes AP50 of whole pallets": ("boxes, RGB", "")},
     "densefusion-depth": {
         "ADD < 10 % d, from pixels": (_PIXELS, ""),
         "docked, from pixels": (_PIXELS, "docked"),
+        "the same, whatever kind the pallet is called": (_PIXELS, "docked_any_name"),
         "docked, ground-truth masks, alone": (_ALONE, "docked"),
         "docked, ceiling of the sensor": ("ceiling", "docked"),
         "ADD < 10 % d, ground-truth masks, alone, to 7 m, 30 % visible": (_ALONE, "add_10pct_near"),

@@ -44,9 +44,16 @@ ENDINGS: dict[Weights, str] = {"warehouses": "-warehouses", "industrial": ""}
 """Of the names of bundled weights: for any layout, and of the hall of the recipe ``industrial``."""
 _SEED, _SCENES, _VIEWS = 515_151, 6, 8
 _RESAMPLES = 1000
-_FRONT_END = ("detector-depth", "segmenter-depth")
-_FRONT_ENDS = {"boxes": _FRONT_END[:1], "masks": _FRONT_END, "boxes, RGB": ("detector-rgb",)}
-_MEASURED = ("boxes", "masks")
+_DEPTH = ("detector-depth", "segmenter-depth")
+_FRONT_ENDS = {
+    "boxes": _DEPTH[:1],
+    "masks": _DEPTH,
+    "masks, depth and RGB": (*_DEPTH, "segmenter-rgb"),
+    "boxes, RGB": ("detector-rgb",),
+}
+_IN_CHAINS: dict[Weights, str] = {"warehouses": "masks, depth and RGB", "industrial": "masks"}
+"""Of ``_FRONT_ENDS``, what stands before pose estimators."""
+_MEASURED = ("boxes", "masks", "masks, depth and RGB")
 """Of ``_FRONT_ENDS``, what reads depth."""
 _LEAST_SCORE = 0.05
 """Of boxes that precision is counted over."""
@@ -101,10 +108,13 @@ def main(
     file = RESULTS / "layouts.json"
     for layout in only or LAYOUTS:
         root = made(data(layout), folder, workers)
-        for method in methods or (*_FRONT_ENDS, *METHODS):
-            ending = ENDINGS[weights] if method not in UNTRAINED else ""
+        # No segmenter of colour was trained for one hall.
+        front_ends = [
+            name for name in _FRONT_ENDS if weights == "warehouses" or "segmenter-rgb" not in _FRONT_ENDS[name]
+        ]
+        for method in methods or (*front_ends, *METHODS):
             kept = folder / "found" / f"{layout}-{weights}.json"
-            measured = _found(method, ending, root, kept) if method in _FRONT_ENDS else _docked(method, ending, root)
+            measured = _found(method, weights, root, kept) if method in _FRONT_ENDS else _docked(method, weights, root)
             whose = "" if method in UNTRAINED else weights
             name = f"{layout}: {method}" + (f" ({whose})" if whose else "")
             row = rounded({"name": name, "layout": layout, "method": method, "weights": whose, **measured})
@@ -112,14 +122,18 @@ def main(
             write_result(file, "python -m benchmarks.front_ends.layouts", beside_stored(file, [row]))
 
 
-def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
+def front_end(method: str, weights: Weights) -> str:
+    """Return the stages of one of ``_FRONT_ENDS``, joined by +."""
+    return "+".join(f"{name}{ENDINGS[weights]}" for name in _FRONT_ENDS[method])
+
+
+def _found(method: str, weights: Weights, root: Path, file: Path) -> dict[str, Any]:
     """Write what a front end finds, and return how precise it is (AP at 0.5)."""
     reader = DatasetReader(root)
     file.parent.mkdir(parents=True, exist_ok=True)
-    stages = "+".join(f"{name}{ending}" for name in _FRONT_ENDS[method])
     # Masks share pixels out among all boxes: those of a chain are the ones that it would take.
     min_score = _LEAST_SCORE if len(_FRONT_ENDS[method]) == 1 else None
-    objects, seconds = detect(stages, root, "test", min_score=min_score)
+    objects, seconds = detect(front_end(method, weights), root, "test", min_score=min_score)
     write_results(file, [item for item in objects if item.class_name == "pallet"], reader)
     seen = replace(_SEEN, measured=0.5) if method in _MEASURED else _SEEN
     parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), seen)["pallet"]
@@ -129,14 +143,15 @@ def _found(method: str, ending: str, root: Path, file: Path) -> dict[str, Any]:
     return row | {"median_ms": 1000 * float(np.median(seconds))}
 
 
-def _docked(method: str, ending: str, root: Path) -> dict[str, Any]:
+def _docked(method: str, weights: Weights, root: Path) -> dict[str, Any]:
     """Return the fractions with ADD under a tenth of the diameter, and docked of the pallets that a truck can take.
 
     A wrong kind counts as a miss, but for ``docked_any_name``.
     """
     estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
-        config = replace(config, detections="+".join(f"{name}{ending}" for name in _FRONT_END))
+        config = replace(config, detections=front_end(_IN_CHAINS[weights], weights))
+    ending = ENDINGS[weights] if method not in UNTRAINED else ""
     poses, reader = predict(f"{estimator}{ending}", root, "test", config), DatasetReader(root)
     scores = evaluate(poses, reader, "test", method=estimator)
     table = _pallets(scores)

@@ -168,7 +168,9 @@ class Keypoints(Composition):
         return WithFrontEnd(KeypointEstimator(model_dir(self.network)), open_stages(self.front_end), config.objects)
 
 
-RECOMMENDED = Composed("detector-depth-warehouses+segmenter-depth-warehouses", "densefusion-depth-warehouses")
+RECOMMENDED = Composed(
+    "detector-depth-warehouses+segmenter-depth-warehouses+segmenter-rgb-warehouses", "densefusion-depth-warehouses"
+)
 """From pixels to poses in any layout."""
 DETECT_KEYPOINTS = Keypoints("detector-rgb", "keypoints-rgb")
 DETECT_DENSEFUSION = Composed("detector-rgb+cluster", "densefusion")

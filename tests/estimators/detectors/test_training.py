@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import safetensors.numpy
+import torch
 
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
@@ -59,6 +60,21 @@ def test_what_is_found_is_what_a_pose_estimator_works_on(run: Path, toy_root: Pa
     places = [(pose.scene_id, pose.image_id, pose.detection) for pose in poses]
     assert len(set(places)) == len(places)
     assert {place[:2] for place in places} <= {(item.scene_id, item.image_id) for item in found}
+
+
+def test_a_look_at_the_mirror_image_gives_the_edges_of_the_image(run: Path, toy_root: Path) -> None:
+    image = RgbdImage.from_dataset(*_first(toy_root), ())
+    assert image.rgb is not None
+    mirrored = replace(image, rgb=image.rgb[:, ::-1].copy(), depth=image.depth[:, ::-1].copy())
+    detector, width = TrainedDetector(run), image.camera.width
+    with torch.inference_mode():
+        found, expected = detector._look(image, 1.0, True, 0.001), detector._look(mirrored, 1.0, False, 0.001)
+    assert len(found.boxes) > 0
+    np.testing.assert_allclose(found.scores, expected.scores, atol=1e-3)
+    turned = np.column_stack(
+        [width - expected.boxes[:, 2], expected.boxes[:, 1], width - expected.boxes[:, 0], expected.boxes[:, 3]]
+    )
+    np.testing.assert_allclose(found.boxes, turned, atol=0.1)
 
 
 def test_wrong_uses_are_told_in_one_line(run: Path, toy_root: Path, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from warehouse_sim.errors import ConfigError
-from warehouse_sim.estimators.detectors.boxes import Kept, fuse, suppress
+from warehouse_sim.estimators.detectors.boxes import Kept, fuse, suppress, voted
 from warehouse_sim.estimators.detectors.yolov5.anchors import Targets, anchor_recall, assign, cluster_anchors, ignored
 from warehouse_sim.estimators.detectors.yolov5.losses import complete_iou, detection_loss
 from warehouse_sim.estimators.detectors.yolov5.network import (
@@ -233,6 +233,32 @@ def slow_fuse(looks: list[Kept], least: float, same: float) -> list[tuple[float,
 def overlap(a: list[float], b: list[float]) -> float:
     shared = max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
     return shared / ((a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1]) - shared)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_boxes_are_voted_as_in_a_slow_count(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes, scores = crowded(rng, 20, 2)
+    # Three of each, somewhat apart.
+    boxes, scores = np.concatenate([boxes + rng.normal(0, 1.0, boxes.shape) for _ in range(3)]), np.tile(scores, (3, 1))
+    kept = suppress(boxes, scores, 0.2, 0.6)
+    found = voted(kept, boxes, scores, 0.6)
+    moved = 0
+    for box, label, after in zip(kept.boxes.tolist(), kept.classes.tolist(), found.boxes, strict=True):
+        votes = [
+            (overlap(box, other) * score[label], other)
+            for other, score in zip(boxes.tolist(), scores.tolist(), strict=True)
+            if overlap(box, other) >= 0.6
+        ]
+        whole = sum(weight for weight, _ in votes)
+        np.testing.assert_allclose(
+            after, [sum(weight * other[edge] for weight, other in votes) / whole for edge in range(4)]
+        )
+        moved += len(votes) > 1
+    assert moved > 5
+    np.testing.assert_array_equal(found.scores, kept.scores)
+    flat = np.array([[3.0, 3.0, 3.0, 5.0]])
+    np.testing.assert_allclose(voted(suppress(flat, np.array([[0.9]])), flat, np.array([[0.9]]), 0.7).boxes, flat)
 
 
 @pytest.mark.parametrize("seed", range(5))

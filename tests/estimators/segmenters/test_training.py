@@ -15,6 +15,7 @@ from warehouse_sim.estimators.image import Detection, RgbdImage
 from warehouse_sim.estimators.segmenters.segnet import task
 from warehouse_sim.estimators.segmenters.segnet.estimator import (
     TrainedSegmenter,
+    agreed,
     detection_edges,
     mask_edges,
     without_doubles,
@@ -97,6 +98,29 @@ def test_masks_of_the_mirror_image_are_mirrored(run: Path, toy_root: Path) -> No
     assert np.ptp(expected.probability) > 0.5
     assert np.abs(expected.probability - expected.probability[..., ::-1]).max() > 0.1
     np.testing.assert_allclose(found.probability[..., ::-1], expected.probability, atol=0.01)
+
+
+def test_a_segmenter_after_another_looks_at_its_masks_and_gives_the_mean(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    segmenter, size_wh = TrainedSegmenter(run), (image.camera.width, image.camera.height)
+    before = segmenter.segment(image)[0]
+    assert before.mask is not None
+    assert before.mask_probability is not None
+    # A box that is far off does not matter any more.
+    before = replace(before, box_xyxy=(0.0, 0.0, 5.0, 5.0), mask_probability=before.mask_probability * 0.9)
+    (after,) = segmenter.segment(replace(image, detections=(before,)))
+    seen = segmenter.look(image, [mask_edges(before.mask)])
+    said = seen.windows[0].pasted(seen.probability[0], size_wh)
+    np.testing.assert_allclose(after.mask_probability, (said + before.mask_probability) / 2, atol=1e-6)
+    np.testing.assert_array_equal(after.mask, after.mask_probability >= 0.5)
+    alone = before.score / before.mask_probability[before.mask].mean()
+    assert after.score == pytest.approx(alone * after.mask_probability[after.mask].mean(), rel=1e-5)
+
+
+def test_two_who_say_which_kind_it_is_agree_on_the_mean_of_logarithms() -> None:
+    found = agreed({"epal1": 0.9, "epal2": 0.1, "keg": 0.5}, {"epal1": 0.4, "epal2": 0.6})
+    assert found == pytest.approx({"epal1": 6 / (6 + 6**0.5), "epal2": 6**0.5 / (6 + 6**0.5)})
+    assert agreed({"keg": 0.5}, {"epal1": 1.0}) == {"keg": 0.5}
 
 
 def test_kinds_are_told_by_name_and_strange_ones_rejected(run: Path, toy_root: Path, tmp_path: Path) -> None:

@@ -56,6 +56,24 @@ def suppress(
     return Kept(found[kept], values[kept], classes[kept], rows[kept])
 
 
+def voted(kept: Kept, boxes: Float[np.ndarray, "n 4"], scores: Float[np.ndarray, "n c"], min_overlap: float) -> Kept:
+    """Return boxes whose edges are the mean of all that a network gave in their place, weighted by score and overlap.
+
+    Source: box voting (Gidaris and Komodakis, ICCV 2015).
+
+    Args:
+        kept: What ``suppress`` kept.
+        boxes: All boxes.
+        scores: Of each class, 0-1.
+        min_overlap: Intersection over union with what was kept from which on a box is in its place.
+    """
+    overlap = box_ious(kept.boxes, boxes)
+    # A box without an area overlaps nothing, not even itself.
+    overlap[np.arange(len(kept.rows)), kept.rows] = 1.0
+    weights = np.where(overlap >= min_overlap, overlap * scores.T[kept.classes], 0.0)
+    return kept._replace(boxes=weights @ boxes / weights.sum(axis=1, keepdims=True))
+
+
 def fuse(looks: Sequence[Kept], min_score: float, min_overlap: float) -> Kept:
     """Return one box for what several looks at an image found, the best first.
 

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import torch
 
 from warehouse_sim.estimators.api import Detector
-from warehouse_sim.estimators.detectors.boxes import Kept, fuse, suppress
+from warehouse_sim.estimators.detectors.boxes import Kept, fuse, suppress, voted
 from warehouse_sim.estimators.detectors.yolov5.network import DetectorNetwork, DetectorRun
 from warehouse_sim.estimators.image import Detection, RgbdImage, require_rgb
 from warehouse_sim.estimators.images.letterbox import Letterbox
@@ -18,8 +19,14 @@ from warehouse_sim.ranges import Fraction, Range, ranged
 
 MOST_DETECTIONS = 300
 """Of an image."""
-_LOOKS = (1.0, 1.5)
+_SMALL, _LARGE = 1.0, 1.5
 """Sizes at which an image is looked at, over the one trained with. The second places edges of small things better."""
+_LOOKS = ((_SMALL, False), (_LARGE, True))
+"""How a network of depth looks at an image, each time at a size, or at its mirror image."""
+_LOOKS_AT_COLOUR = ((_SMALL, False), (_LARGE, False), (_SMALL, True), (_LARGE, True))
+"""How one of colour alone does, which is less sure of edges."""
+_SAME_PLACE = 0.7
+"""Intersection over union from which on boxes of colour alone are of one place."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +35,7 @@ class DetectConfig:
     """What counts as found."""
 
     min_score: Fraction = 0.17
-    """Detections of lower scores are left out, 0-1; of an image the mean of two looks, of which one may miss."""
+    """Detections of lower scores are left out, 0-1; of an image the mean of its looks, of which some may miss."""
     max_overlap: Fraction = 0.6
     """Intersection over union with a better one of the same class from which on a detection is left out, 0-1."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
@@ -86,7 +93,10 @@ class TrainedDetector(Detector):
         """
         if self.reads_rgb:
             require_rgb(image, self.run_config.estimator)
-        found = fuse([self._look(image, size) for size in _LOOKS], self.config.min_score, self.config.max_overlap)
+        looks = _LOOKS if self.reads_depth else _LOOKS_AT_COLOUR
+        least = self.config.min_score / len(looks)
+        seen = [self._look(image, size, mirrored, least) for size, mirrored in looks]
+        found = fuse(seen, self.config.min_score, self.config.max_overlap)
         by_object = self.run_config.train.labels == "object"
         # Pixel centres are integers: an edge is half a pixel beyond the centre of the outermost pixel.
         return [
@@ -102,8 +112,11 @@ class TrainedDetector(Detector):
             if right > left and bottom > top
         ]
 
-    def _look(self, image: RgbdImage, size: float) -> Kept:
-        """Return what is found at a multiple of the size that the network is trained with; edges of the image."""
+    def _look(self, image: RgbdImage, size: float, mirrored: bool, least: float) -> Kept:
+        """Return what is found at a multiple of the size that the network is trained with; edges of the image.
+
+        What one look finds counts for all of them: a mean over them reaches the least score with ``least``.
+        """
         width, height = self.run_config.images.input_wh
         box = Letterbox.fit((image.camera.width, image.camera.height), (round(width * size), round(height * size)))
         rgb = depth = None
@@ -112,9 +125,18 @@ class TrainedDetector(Detector):
         if self.reads_depth:
             steps = canonical_mm(box.picked(image.depth), box.focal_px(image.camera))
             depth = torch.from_numpy(steps.astype("float32") / 1000.0)[None].to(self._device)
+        if mirrored:
+            rgb, depth = (None if part is None else part.flip(2) for part in (rgb, depth))
         with cpu_threads(self._threads):
-            boxes, scores = self._network.decode(self._network(rgb, depth))
-        found = boxes[0].cpu().double().numpy(), scores[0].cpu().double().numpy()
-        # What one look finds counts for all of them: a mean over them reaches the least score with less.
-        kept = suppress(*found, self.config.min_score / len(_LOOKS), self.config.max_overlap, MOST_DETECTIONS)
+            all_boxes, all_scores = self._network.decode(self._network(rgb, depth))
+        boxes, scores = all_boxes[0].cpu().double().numpy(), all_scores[0].cpu().double().numpy()
+        if mirrored:
+            boxes = np.column_stack(
+                [box.size_wh[0] - boxes[:, 2], boxes[:, 1], box.size_wh[0] - boxes[:, 0], boxes[:, 3]]
+            )
+        sure = scores.max(axis=1) > least
+        boxes, scores = boxes[sure], scores[sure]
+        kept = suppress(boxes, scores, least, self.config.max_overlap, MOST_DETECTIONS)
+        if not self.reads_depth:
+            kept = voted(kept, boxes, scores, _SAME_PLACE)
         return kept._replace(boxes=box.off_canvas(kept.boxes))

@@ -1,6 +1,7 @@
 """A trained segmenter: boxes in, masks with a probability for each pixel out; key points where it knows them."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -75,6 +76,9 @@ class TrainedSegmenter(Segmenter):
     def segment(self, image: RgbdImage) -> list[Detection]:
         """Return the image's detections with masks; nothing of an image without any.
 
+        After another segmenter it looks once, where that one's masks are; then a mask is the mean of both, and so are
+        the logarithms of kinds.
+
         Raises:
             InputError: The image lacks colour, which the segmenter reads.
         """
@@ -82,22 +86,32 @@ class TrainedSegmenter(Segmenter):
         if not found:
             return []
         size_wh = image.camera.width, image.camera.height
-        first = self.look(image, [detection_edges(item) for item in found])
-        # A detector's box may be off: the network looks again where its first mask says that the object is.
-        boxes = [
-            mask_edges(window.pasted(crop, size_wh) >= _LEAST_PROBABILITY) or detection_edges(item)
-            for item, window, crop in zip(found, first.windows, first.probability, strict=True)
-        ]
+        follows = all(item.mask is not None and item.mask_probability is not None for item in found)
+        boxes = [detection_edges(replace(item, box_xyxy=None) if follows else item) for item in found]
+        if not follows:
+            first = self.look(image, boxes)
+            # A detector's box may be off: the network looks again where its first mask says that the object is.
+            boxes = [
+                mask_edges(window.pasted(crop, size_wh) >= _LEAST_PROBABILITY) or box
+                for box, window, crop in zip(boxes, first.windows, first.probability, strict=True)
+            ]
         seen = self.look(image, boxes)
         names = self.run_config.network.kinds
         segmented = list[Detection]()
         for item, window, crop, kinds in zip(found, seen.windows, seen.probability, seen.kinds, strict=True):
-            chance = window.pasted(crop, size_wh)
+            likely, before = dict(zip(names, kinds.tolist(), strict=True)), item.kind_likelihood
+            chance, score = window.pasted(crop, size_wh), item.score
+            if item.mask is not None and item.mask_probability is not None:
+                score /= float(item.mask_probability[item.mask].mean())
+                chance = (chance + item.mask_probability) / 2.0
+                likely = agreed(likely, before) if likely and before else likely
             mask = chance >= _LEAST_PROBABILITY
             if mask.sum() >= _LEAST_PIXELS:
-                score = item.score * float(chance[mask].mean())
-                likely = dict(zip(names, kinds.tolist(), strict=True)) or item.kind_likelihood
-                segmented.append(replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=likely))
+                score *= float(chance[mask].mean())
+                kinds_of_it = likely or before
+                segmented.append(
+                    replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=kinds_of_it)
+                )
         return without_doubles(segmented)
 
     @torch.inference_mode()
@@ -140,6 +154,13 @@ class TrainedSegmenter(Segmenter):
             depth = torch.from_numpy(np.stack([window.picked(image.depth) for window in windows])).to(self._device)
         width = [(window.edges[2] - window.edges[0]) / image.camera.fx for window in windows]
         return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
+
+
+def agreed(likely: Mapping[str, float], others: Mapping[str, float]) -> dict[str, float]:
+    """Return how likely each kind is by two who say so: the mean of logarithms, of kinds that both know."""
+    root = {name: math.sqrt(chance * others[name]) for name, chance in likely.items() if name in others}
+    total = sum(root.values())
+    return {name: value / total for name, value in root.items()} if total > 0.0 else dict(likely)
 
 
 def without_doubles(found: Sequence[Detection]) -> list[Detection]:
