@@ -12,7 +12,7 @@ QUICK := annotate catalog evaluation geometry learning schema sensors
 
 help:
 	@echo "make demo       recipe -> dataset -> trained estimator -> scores -> out/demo/report.html"
-	@echo "make test       the test suite (about nine minutes on 2 cores)"
+	@echo "make test       the test suite (about seven minutes on 2 cores)"
 	@echo "make test-quick  its tests without OpenGL in the rooms $(QUICK) (under a minute on 2 cores)"
 	@echo "make test-slow  the tests that take minutes each"
 	@echo "make test-faults  60 faults planted one at a time: do the tests of their rooms notice? (minutes on 2 cores)"
