@@ -124,8 +124,7 @@ IN_WAREHOUSES = {
     "segmenter-rgb": Plan(_PALLET_MASKS),
     "segmenter-rgbd": Plan(_PALLET_MASKS),
     "densefusion-depth": Plan(_POSES),
-    # Begins with what ``trainings.imagenet`` writes.
-    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA, backbone="efficientnet_lite0")),
+    "detector-rgb": Plan(replace(_WIDE, classes=(*TARGETS, FACE), augment=_ANY_CAMERA)),
     "densefusion-middle-2": Plan(_POSES),
     "detector-rgbd": Plan(replace(_WIDE, classes=("pallet",))),
 }
@@ -170,10 +169,6 @@ def main(
     """
     kept, pose = cache or folder / "cache", pose_folder if pose_sets else None
     if warehouses is not None:
-        if "detector-rgb" in (methods or IN_WAREHOUSES) and not init:
-            raise SystemExit(
-                "detector-rgb begins with --init, what trainings.imagenet writes; name other --methods first"
-            )
         for name in methods or tuple(IN_WAREHOUSES):
             plan = IN_WAREHOUSES[name].limited(minutes, steps, batch, workers, threads, learning_rate)
             _train(name, finished(warehouses), folder / "runs" / name, plan.config, kept, init)
