@@ -53,8 +53,6 @@ _FRONT_ENDS = {
 }
 _IN_CHAINS: dict[Weights, str] = {"warehouses": "masks, depth and RGB", "industrial": "masks"}
 """Of ``_FRONT_ENDS``, what stands before pose estimators."""
-_MEASURED = ("boxes", "masks", "masks, depth and RGB")
-"""Of ``_FRONT_ENDS``, what reads depth."""
 _LEAST_SCORE = 0.05
 """Of boxes that precision is counted over."""
 _FOUND = "found"
@@ -108,11 +106,7 @@ def main(
     file = RESULTS / "layouts.json"
     for layout in only or LAYOUTS:
         root = made(data(layout), folder, workers)
-        # No segmenter of colour was trained for one hall.
-        front_ends = [
-            name for name in _FRONT_ENDS if weights == "warehouses" or "segmenter-rgb" not in _FRONT_ENDS[name]
-        ]
-        for method in methods or (*front_ends, *METHODS):
+        for method in methods or (*_bundled(weights), *METHODS):
             kept = folder / "found" / f"{layout}-{weights}.json"
             measured = _found(method, weights, root, kept) if method in _FRONT_ENDS else _docked(method, weights, root)
             whose = "" if method in UNTRAINED else weights
@@ -122,7 +116,12 @@ def main(
             write_result(file, "python -m benchmarks.front_ends.layouts", beside_stored(file, [row]))
 
 
-def front_end(method: str, weights: Weights) -> str:
+def _bundled(weights: Weights) -> list[str]:
+    """Return those of ``_FRONT_ENDS`` that there are weights of; no segmenter of colour was trained for one hall."""
+    return [name for name, stages in _FRONT_ENDS.items() if weights == "warehouses" or "segmenter-rgb" not in stages]
+
+
+def _front_end(method: str, weights: Weights) -> str:
     """Return the stages of one of ``_FRONT_ENDS``, joined by +."""
     return "+".join(f"{name}{ENDINGS[weights]}" for name in _FRONT_ENDS[method])
 
@@ -133,9 +132,9 @@ def _found(method: str, weights: Weights, root: Path, file: Path) -> dict[str, A
     file.parent.mkdir(parents=True, exist_ok=True)
     # Masks share pixels out among all boxes: those of a chain are the ones that it would take.
     min_score = _LEAST_SCORE if len(_FRONT_ENDS[method]) == 1 else None
-    objects, seconds = detect(front_end(method, weights), root, "test", min_score=min_score)
+    objects, seconds = detect(_front_end(method, weights), root, "test", min_score=min_score)
     write_results(file, [item for item in objects if item.class_name == "pallet"], reader)
-    seen = replace(_SEEN, measured=0.5) if method in _MEASURED else _SEEN
+    seen = replace(_SEEN, measured=0.5) if _DEPTH[0] in _FRONT_ENDS[method] else _SEEN
     parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), seen)["pallet"]
     precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
     value, low, high = precisions["mask_50" if "mask_50" in precisions else "box_50"]
@@ -146,23 +145,25 @@ def _found(method: str, weights: Weights, root: Path, file: Path) -> dict[str, A
 def _docked(method: str, weights: Weights, root: Path) -> dict[str, Any]:
     """Return the fractions with ADD under a tenth of the diameter, and docked of the pallets that a truck can take.
 
-    A wrong kind counts as a miss, but for ``docked_any_name``.
+    A wrong kind counts as a miss; from pixels, ``docked_any_name`` says what docks all the same.
     """
     estimator, config = METHODS[method].estimator, METHODS[method].config
     if config.detections == _FOUND:
-        config = replace(config, detections=front_end(_IN_CHAINS[weights], weights))
+        config = replace(config, detections=_front_end(_IN_CHAINS[weights], weights))
     ending = ENDINGS[weights] if method not in UNTRAINED else ""
     poses, reader = predict(f"{estimator}{ending}", root, "test", config), DatasetReader(root)
     scores = evaluate(poses, reader, "test", method=estimator)
     table = _pallets(scores)
     can = table.select(table.dockable)
-    renamed = _pallets(evaluate(under_any_name(poses, reader, "test"), reader, "test"))
-    by_any_name = renamed.select(renamed.dockable)
+    docked = {"docked": _fraction(can.docks(), can)} if len(can) else {}
+    if docked and METHODS[method].config.detections == _FOUND:
+        renamed = _pallets(evaluate(under_any_name(poses, reader, "test"), reader, "test"))
+        named = renamed.select(renamed.dockable)
+        docked["docked_any_name"] = _fraction(named.docks(), named)
     near = table.select((table.distance <= _NEAR) & (table.visible_fraction >= _WELL_SEEN))
     return {
         **_fraction(table.add < 0.1 * table.diameter, table),
-        **({"docked": _fraction(can.docks(), can)} if len(can) else {}),
-        **({"docked_any_name": _fraction(by_any_name.docks(), by_any_name)} if len(can) else {}),
+        **docked,
         "add_10pct_near": _fraction(near.add < 0.1 * near.diameter, near),
         "seconds_an_image": scores.seconds_per_image,
     }

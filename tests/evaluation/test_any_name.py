@@ -8,6 +8,7 @@ from tests.evaluation.made_dataset import estimates_of, make_dataset
 from tests.evaluation.pallet import nudge
 from warehouse_sim.catalog.pallets import pallet
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.errors import EvaluationError
 from warehouse_sim.evaluation import evaluate
 from warehouse_sim.evaluation.any_name import under_any_name
 from warehouse_sim.evaluation.docking.fork import TINE_WIDTH
@@ -64,6 +65,11 @@ def test_surplus_guesses_do_not_help(reader: DatasetReader) -> None:
     wrong = [replace(item, score=0.9, T_camera_object=item.T_camera_object @ nudge(y=0.3)) for item in right]
     assert docked(under_any_name(right, reader, "test"), reader).docks().all()
     assert not docked(under_any_name([*right, *wrong], reader, "test"), reader).docks().any()
+
+
+def test_what_the_dataset_does_not_know_is_one_clear_line(reader: DatasetReader) -> None:
+    with pytest.raises(EvaluationError, match="77"):
+        under_any_name([replace(pallets(reader)[0], obj_id=77)], reader, "test")
 
 
 def test_what_has_no_openings_is_left_as_it_is(reader: DatasetReader) -> None:

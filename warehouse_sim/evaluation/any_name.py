@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -12,11 +13,14 @@ from warehouse_sim.evaluation.docking.fork import DockingFace, approached_face, 
 from warehouse_sim.evaluation.docking.standing import Standings
 from warehouse_sim.evaluation.measuring import MIN_VISIBLE
 from warehouse_sim.evaluation.pairing import match
+from warehouse_sim.evaluation.scored_estimates import ScoredEstimates
 from warehouse_sim.geometry.pose import Transform, invert
 from warehouse_sim.schema import PalletFace, PoseEstimate
 
 
-def under_any_name(predictions: Sequence[PoseEstimate], reader: DatasetReader, split: str) -> list[PoseEstimate]:
+def under_any_name(
+    predictions: str | Path | Sequence[PoseEstimate], reader: DatasetReader, split: str
+) -> list[PoseEstimate]:
     """Return the predictions that answer for a ground truth of their class, under the name of that ground truth.
 
     Each gets the face with pockets of the kind that it was predicted as, on the side that is approached: scored, the
@@ -25,17 +29,22 @@ def under_any_name(predictions: Sequence[PoseEstimate], reader: DatasetReader, s
     of a class in an image as there are ground truths that count (``pairing.match``).
 
     Args:
-        predictions: Estimates with the pose of an object of the dataset.
+        predictions: As ``evaluate`` takes them.
         reader: The dataset.
         split: Which images, as in ``evaluate``.
 
     Returns:
         At most one estimate a ground truth; classes without pockets are left as they are.
+
+    Raises:
+        EvaluationError: As ``evaluate``: a prediction names an image or object that the split lacks.
+        DatasetError: The dataset or the CSV cannot be read.
     """
     images, objects = reader.images(split), reader.objects
-    standings = Standings.of(reader, images)
+    standings, given = Standings.of(reader, images), ScoredEstimates.of(predictions)
+    given.check(images, split, reader)
     by_place: dict[tuple[int, int, str], list[PoseEstimate]] = defaultdict(list)
-    for item in predictions:
+    for item in given.estimates:
         by_place[item.scene_id, item.image_id, objects[item.obj_id].class_name].append(item)
     found = []
     for image in images:

@@ -117,6 +117,19 @@ def test_a_segmenter_after_another_looks_at_its_masks_and_gives_the_mean(run: Pa
     assert after.score == pytest.approx(alone * after.mask_probability[after.mask].mean(), rel=1e-5)
 
 
+def test_masks_that_nobody_is_sure_of_are_boxes(run: Path, toy_root: Path) -> None:
+    image, *_ = next(boxed(DatasetReader(toy_root), "train"))
+    box, segmenter = image.detections[0], TrainedSegmenter(run)
+    (expected,) = segmenter.segment(replace(image, detections=(box,)))
+    nothing = np.zeros(image.depth.shape, dtype=np.float32)
+    for mask in (nothing.astype(bool), np.ones(nothing.shape, dtype=np.uint8)):
+        (found,) = segmenter.segment(replace(image, detections=(replace(box, mask=mask, mask_probability=nothing),)))
+        assert found.score == expected.score
+        np.testing.assert_array_equal(found.mask_probability, expected.mask_probability)
+    whole = replace(box, mask=expected.mask.astype(np.uint8), mask_probability=expected.mask_probability)
+    assert 0.0 < segmenter.segment(replace(image, detections=(whole,)))[0].score <= 1.0
+
+
 def test_two_who_say_which_kind_it_is_agree_on_the_mean_of_logarithms() -> None:
     found = agreed({"epal1": 0.9, "epal2": 0.1, "keg": 0.5}, {"epal1": 0.4, "epal2": 0.6})
     assert found == pytest.approx({"epal1": 6 / (6 + 6**0.5), "epal2": 6**0.5 / (6 + 6**0.5)})

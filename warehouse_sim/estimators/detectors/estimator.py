@@ -22,7 +22,7 @@ MOST_DETECTIONS = 300
 _SMALL, _LARGE = 1.0, 1.5
 """Sizes at which an image is looked at, over the one trained with. The second places edges of small things better."""
 _LOOKS = ((_SMALL, False), (_LARGE, True))
-"""How a network of depth looks at an image, each time at a size, or at its mirror image."""
+"""How a network of depth looks at an image: the size, and whether at its mirror image."""
 _LOOKS_AT_COLOUR = ((_SMALL, False), (_LARGE, False), (_SMALL, True), (_LARGE, True))
 """How one of colour alone does, which is less sure of edges."""
 _SAME_PLACE = 0.7

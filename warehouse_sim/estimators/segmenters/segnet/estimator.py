@@ -86,7 +86,8 @@ class TrainedSegmenter(Segmenter):
         if not found:
             return []
         size_wh = image.camera.width, image.camera.height
-        follows = all(item.mask is not None and item.mask_probability is not None for item in found)
+        sure = [_sureness(item) for item in found]
+        follows = all(sure)
         boxes = [detection_edges(replace(item, box_xyxy=None) if follows else item) for item in found]
         if not follows:
             first = self.look(image, boxes)
@@ -98,20 +99,18 @@ class TrainedSegmenter(Segmenter):
         seen = self.look(image, boxes)
         names = self.run_config.network.kinds
         segmented = list[Detection]()
-        for item, window, crop, kinds in zip(found, seen.windows, seen.probability, seen.kinds, strict=True):
-            likely, before = dict(zip(names, kinds.tolist(), strict=True)), item.kind_likelihood
-            chance, score = window.pasted(crop, size_wh), item.score
-            if item.mask is not None and item.mask_probability is not None:
-                score /= float(item.mask_probability[item.mask].mean())
+        for number, item in enumerate(found):
+            chance, score = seen.windows[number].pasted(seen.probability[number], size_wh), item.score
+            likely = dict(zip(names, seen.kinds[number].tolist(), strict=True))
+            if follows:
+                assert item.mask_probability is not None
+                score /= sure[number]
                 chance = (chance + item.mask_probability) / 2.0
-                likely = agreed(likely, before) if likely and before else likely
-            mask = chance >= _LEAST_PROBABILITY
+                likely = agreed(likely, item.kind_likelihood)
+            mask, likely = chance >= _LEAST_PROBABILITY, likely or dict(item.kind_likelihood)
             if mask.sum() >= _LEAST_PIXELS:
                 score *= float(chance[mask].mean())
-                kinds_of_it = likely or before
-                segmented.append(
-                    replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=kinds_of_it)
-                )
+                segmented.append(replace(item, mask=mask, mask_probability=chance, score=score, kind_likelihood=likely))
         return without_doubles(segmented)
 
     @torch.inference_mode()
@@ -156,8 +155,19 @@ class TrainedSegmenter(Segmenter):
         return rgb, depth, torch.tensor(width, dtype=torch.float32, device=self._device)
 
 
+def _sureness(item: Detection) -> float:
+    """Return the mean probability of the pixels of a mask, which is part of its score; 0 where no segmenter said it."""
+    if item.mask is None or item.mask_probability is None:
+        return 0.0
+    mask = np.asarray(item.mask, dtype=bool)
+    return float(item.mask_probability[mask].mean()) if mask.any() else 0.0
+
+
 def agreed(likely: Mapping[str, float], others: Mapping[str, float]) -> dict[str, float]:
-    """Return how likely each kind is by two who say so: the mean of logarithms, of kinds that both know."""
+    """Return how likely each kind is by two who say so: the mean of logarithms, of kinds that both know.
+
+    Where they know none in common, the first is believed.
+    """
     root = {name: math.sqrt(chance * others[name]) for name, chance in likely.items() if name in others}
     total = sum(root.values())
     return {name: value / total for name, value in root.items()} if total > 0.0 else dict(likely)
