@@ -18,7 +18,7 @@ import tyro
 
 from trainings.data import TARGETS, Data
 from warehouse_sim.dataset.split import SplitConfig
-from warehouse_sim.errors import SettleError, WorkerError
+from warehouse_sim.errors import SettleError, UnknownNameError, WorkerError
 from warehouse_sim.generation.generate import generate
 from warehouse_sim.generation.plan import GenerateConfig
 from warehouse_sim.generation.recipe import Recipe, load_recipe
@@ -131,6 +131,7 @@ def main(
     folder: Path = FOLDER,
     first: int = 0,
     parts: int = 1042,
+    only: tuple[str, ...] = (),
 ) -> None:
     """Make parts until the time is over; what is unfinished then is gone on with next time.
 
@@ -140,11 +141,19 @@ def main(
         folder: Where they are kept.
         first: Number of the first part.
         parts: Most parts, of 48 observations each.
+        only: Kinds of parts that are made, as ``CYCLE`` names them; all without it. Numbers of others are passed over.
+
+    Raises:
+        UnknownNameError: If ``only`` names a kind that there is not.
     """
+    for kind in only:
+        if kind not in CYCLE:
+            raise UnknownNameError("kind of part", kind, sorted(set(CYCLE)))
     make_folder(folder)
+    numbers = [number for number in range(first, first + parts) if not only or CYCLE[number % len(CYCLE)] in only]
     until = time.time() + 60.0 * minutes
     with one_writer(folder), ProcessPoolExecutor(processes, get_context("spawn"), prepare_worker) as pool:
-        for _ in pool.map(partial(make_part, folder, until), range(first, first + parts)):
+        for _ in pool.map(partial(make_part, folder, until), numbers):
             pass
     print(f"{len(finished(folder))} parts in {folder}")
 
