@@ -16,8 +16,10 @@ from warehouse_sim.geometry.pose import transform_points
 FACE = "pallet_face"
 """Class of the face of a pallet that is seen best."""
 _PALLET = "pallet"
-_LEAST_FACING, _CLEARLY_FACING = 0.1, 0.35
-"""Cosine between a face's normal and the way to the camera from which on it is a face, and a second one could be."""
+_LEAST_FACING = 0.1
+"""Cosine between a face's normal and the way to the camera from which on it is a face."""
+_AS_GOOD = 0.75
+"""Cosine over that of the best face from which on a second one could be taken for it: within 8 deg of a diagonal."""
 _NEAREST = 0.05
 """Depth (m) from which on all corners must lie."""
 
@@ -36,9 +38,9 @@ class MaskReader(Protocol):
 def face_labels(reader: MaskReader, image: ImageRecord, box: Letterbox) -> Float[np.ndarray, "k 8"]:
     """Return the labels of faces as ``rows.LABEL`` names them, their obj_id that of the pallet below zero.
 
-    The face that looks at the camera most is labelled; another that could be taken for it has a visible fraction of 0,
-    so that nothing is taught of it. A box holds what is seen of the face's rectangle, and its visible fraction is its
-    area over that of the whole rectangle's box.
+    The face that looks at the camera most is labelled; another that looks at it almost as much has a visible fraction
+    of 0, so that nothing is taught of it, and any other is no face. A box holds what is seen of the face's rectangle,
+    and its visible fraction is its area over that of the whole rectangle's box.
 
     Args:
         reader: Gives visible masks.
@@ -60,7 +62,7 @@ def _labels(
     sides = sorted(_facing(target, target.info(reader.objects)), key=lambda side: -side[0])
     mask: Bool[np.ndarray, "h w"] | None = None
     for place, (facing, corners) in enumerate(sides):
-        if facing < (_CLEARLY_FACING if place else _LEAST_FACING) or corners[:, 2].min() < _NEAREST:
+        if facing < max(_LEAST_FACING, _AS_GOOD * sides[0][0] if place else 0.0) or corners[:, 2].min() < _NEAREST:
             continue
         mask = reader.mask_visible(image, target.gt_index) if mask is None else mask
         outline = image.camera.project(corners)

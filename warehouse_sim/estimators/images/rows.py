@@ -100,7 +100,7 @@ def read_depth(
     return reader.depth(image)
 
 
-_FORMAT = 2
+_FORMAT = 3
 """To be raised when the arrays change."""
 
 
