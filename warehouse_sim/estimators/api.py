@@ -75,6 +75,11 @@ class FrontEnd(ABC):
 class Detector(FrontEnd):
     """Finds objects in an image."""
 
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """The classes that it distinguishes; empty where it does not say."""
+        return ()
+
     @abstractmethod
     def detect(self, image: "RgbdImage") -> "Sequence[Detection]":
         """Return what is found, each with a mask or a box; the image's own detections are not looked at."""

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -245,7 +246,7 @@ class Finder:
 def open_stages(
     names: str, reader: DatasetReader | None = None, after_gt: bool = False, min_score: float | None = None
 ) -> list[FrontEnd]:
-    """Return what finds objects, one stage after the other.
+    """Return what finds objects, one stage after the other; detectors that follow each other are one.
 
     Args:
         names: Detectors, segmenters, their run folders or files of detections, joined by +.
@@ -262,6 +263,7 @@ def open_stages(
         StoredDetections(Path(name), reader) if reader and is_detections(name) else open_front_end(name)
         for name in names.split("+")
     ]
+    stages = _joined(stages)
     for stage in stages:
         if min_score is not None:
             stage.leave_out_below(min_score)
@@ -269,6 +271,20 @@ def open_stages(
     if not after_gt and stages[0].needs_detections:
         raise InputError(f"{first} segments objects in boxes; name a detector before it, as detector-depth+{first}")
     return stages
+
+
+def _joined(stages: Sequence[FrontEnd]) -> list[FrontEnd]:
+    joined = list[FrontEnd]()
+    for _, group in groupby(stages, lambda stage: isinstance(stage, Detector)):
+        alike = list(group)
+        detectors = [stage for stage in alike if isinstance(stage, Detector)]
+        if len(detectors) > 1:
+            # Torch is loaded with it, which those who only read masks go without.
+            from warehouse_sim.estimators.detectors.joined import JoinedDetectors
+
+            alike = [JoinedDetectors(detectors)]
+        joined += alike
+    return joined
 
 
 def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:

@@ -113,6 +113,37 @@ def fuse(looks: Sequence[Kept], min_score: float, min_overlap: float) -> Kept:
     )
 
 
+def helped(first: Kept, other: Kept, weight: float, min_overlap: float) -> Kept:
+    """Return what a detector found with the help of another one, the best first; scores are the weighted mean of both.
+
+    Each box of the first, the best one first, is joined by the box of the other that overlaps it most; edges are their
+    mean, weighted by score. What only one of them found stays, with a score of 0 by the other.
+
+    Args:
+        first: What the detector found.
+        other: What the other one found, of the same classes.
+        weight: How much the other one counts beside the first, above 0.
+        min_overlap: Intersection over union from which on boxes of both are of one object.
+    """
+    overlap = np.where(first.classes[:, None] == other.classes, box_ious(first.boxes, other.boxes), 0.0)
+    edges, scores = first.boxes * first.scores[:, None], first.scores.copy()
+    free = np.ones(len(other.scores), dtype=bool)
+    for row in np.argsort(-first.scores, kind="stable"):
+        near = np.where(free, overlap[row], 0.0)
+        if near.size and near.max() > min_overlap:
+            mate = int(near.argmax())
+            free[mate] = False
+            share = weight * other.scores[mate]
+            edges[row] += share * other.boxes[mate]
+            scores[row] += share
+    boxes = np.concatenate([edges / scores[:, None], other.boxes[free]])
+    scores = np.concatenate([scores, weight * other.scores[free]]) / (1.0 + weight)
+    best = np.argsort(-scores, kind="stable")
+    classes = np.concatenate([first.classes, other.classes[free]])
+    rows = np.concatenate([first.rows, len(first.rows) + other.rows[free]])
+    return Kept(boxes[best], scores[best], classes[best], rows[best])
+
+
 def box_precision(
     found: Sequence[Kept],
     boxes: Sequence[Float[np.ndarray, "m 4"]],
