@@ -50,6 +50,7 @@ _FRONT_ENDS = {
     "masks": _DEPTH,
     "masks, depth and RGB": (*_DEPTH, "segmenter-rgb"),
     "boxes, RGB": ("detector-rgb",),
+    "boxes, depth and RGB": ("detector-depth", "detector-rgb"),
 }
 _IN_CHAINS: dict[Weights, str] = {"warehouses": "masks, depth and RGB", "industrial": "masks"}
 """Of ``_FRONT_ENDS``, what stands before pose estimators."""
