@@ -13,12 +13,16 @@ import yaml
 from benchmarks.front_ends.layouts import ENDINGS
 from benchmarks.speed.result import RESULTS
 from trainings.cards import percent_cell
+from trainings.data import TARGETS
 from trainings.facts import description
 from warehouse_sim.resources import data_folder
 
 _PIXELS, _ALONE = "densefusion-depth, from pixels", "densefusion-depth alone"
 _SHOWN = {
-    "detector-depth": {"boxes AP50": ("boxes", "")},
+    "detector-depth": {
+        "boxes AP50": ("boxes", ""),
+        "with the help of detector-rgb-warehouses": ("boxes, depth and RGB", ""),
+    },
     "segmenter-depth": {"masks AP50, in boxes of detector-depth-warehouses": ("masks", "")},
     "segmenter-rgb": {
         "masks AP50, after segmenter-depth-warehouses, in boxes of detector-depth-warehouses": (
@@ -27,7 +31,12 @@ _SHOWN = {
         ),
         "of segmenter-depth-warehouses alone": ("masks", ""),
     },
-    "detector-rgb": {"boxes AP50 of whole pallets": ("boxes, RGB", "")},
+    "detector-rgb": {
+        "boxes AP50 of whole pallets": ("boxes, RGB", ""),
+        "of people": ("boxes, RGB", "person"),
+        "of trucks": ("boxes, RGB", "forklift"),
+        "of pallets, helping detector-depth-warehouses": ("boxes, depth and RGB", ""),
+    },
     "densefusion-depth": {
         "ADD < 10 % d, from pixels": (_PIXELS, ""),
         "docked, from pixels": (_PIXELS, "docked"),
@@ -98,8 +107,10 @@ def write(model: Path, name: str, rows: Sequence[dict[str, Any]]) -> Path:
 
 
 def _cell(row: dict[str, Any] | None, key: str) -> str:
-    """Return a cell; "-" where nothing was measured, or where no pallet is evaluated."""
-    return percent_cell(None if row is None else row.get(key) if key else row)
+    """Return a cell; "-" where nothing was measured, or where none is evaluated. People and trucks are counted."""
+    part = None if row is None else row.get(key) if key else row
+    count = f", {part['n']} seen" if part and key in TARGETS else ""
+    return percent_cell(part) + count
 
 
 if __name__ == "__main__":

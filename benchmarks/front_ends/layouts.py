@@ -7,6 +7,7 @@ no ending. Rows go to benchmarks/results/layouts.json.
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -23,7 +24,7 @@ from warehouse_sim.estimators.predict import detect, predict
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.evaluation import Scores, evaluate
 from warehouse_sim.evaluation.any_name import under_any_name
-from warehouse_sim.evaluation.detection.scores import Evaluated, precision_intervals, seen_by_class, wanted_in
+from warehouse_sim.evaluation.detection.scores import Evaluated, Seen, precision_intervals, seen_by_class, wanted_in
 from warehouse_sim.evaluation.error_table import ErrorTable
 from warehouse_sim.evaluation.intervals import fraction_interval
 
@@ -118,8 +119,8 @@ def main(
 
 
 def _bundled(weights: Weights) -> list[str]:
-    """Return those of ``_FRONT_ENDS`` that there are weights of; no segmenter of colour was trained for one hall."""
-    return [name for name, stages in _FRONT_ENDS.items() if weights == "warehouses" or "segmenter-rgb" not in stages]
+    """Return those of ``_FRONT_ENDS`` that are for such weights; colour helps depth in those for any layout alone."""
+    return [name for name in _FRONT_ENDS if weights == "warehouses" or "depth and RGB" not in name]
 
 
 def _front_end(method: str, weights: Weights) -> str:
@@ -128,19 +129,28 @@ def _front_end(method: str, weights: Weights) -> str:
 
 
 def _found(method: str, weights: Weights, root: Path, file: Path) -> dict[str, Any]:
-    """Write what a front end finds, and return how precise it is (AP at 0.5)."""
+    """Write what a front end finds, and return how precise it is (AP at 0.5) with pallets, and with what else it finds.
+
+    A chain of colour detectors alone finds people and trucks, too.
+    """
     reader = DatasetReader(root)
     file.parent.mkdir(parents=True, exist_ok=True)
     # Masks share pixels out among all boxes: those of a chain are the ones that it would take.
-    min_score = _LEAST_SCORE if len(_FRONT_ENDS[method]) == 1 else None
+    has_masks = any(stage.startswith("segmenter") for stage in _FRONT_ENDS[method])
+    min_score = None if has_masks else _LEAST_SCORE
     objects, seconds = detect(_front_end(method, weights), root, "test", min_score=min_score)
-    write_results(file, [item for item in objects if item.class_name == "pallet"], reader)
+    write_results(file, [item for item in objects if item.class_name in TARGETS], reader)
     seen = replace(_SEEN, measured=0.5) if _DEPTH[0] in _FRONT_ENDS[method] else _SEEN
-    parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), seen)["pallet"]
+    parts = seen_by_class(read_results(file, reader, "test"), reader, reader.images("test"), seen)
+    row = _precision(parts["pallet"]) | {"median_ms": 1000 * float(np.median(seconds))}
+    others = TARGETS[1:] if _FRONT_ENDS[method] == ("detector-rgb",) else ()
+    return row | {name: _precision(parts[name]) for name in others if name in parts and wanted_in(parts[name])}
+
+
+def _precision(parts: Sequence[Seen]) -> dict[str, Any]:
     precisions = precision_intervals(parts, _RESAMPLES, np.random.default_rng(0))
     value, low, high = precisions["mask_50" if "mask_50" in precisions else "box_50"]
-    row = {"value": value, "interval": [low, high], "n": wanted_in(parts)}
-    return row | {"median_ms": 1000 * float(np.median(seconds))}
+    return {"value": value, "interval": [low, high], "n": wanted_in(parts)}
 
 
 def _docked(method: str, weights: Weights, root: Path) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def test_a_card_is_that_of_the_stored_results(name: str, tmp_path: Path) -> None
 @pytest.mark.gl
 def test_stored_precision_comes_out_of_the_weights(tmp_path: Path) -> None:
     root = made(layouts.data("conveyor_pickup"), tmp_path, 2)
-    found = layouts._found("boxes", "-warehouses", root, tmp_path / "found.json")
+    found = layouts._found("boxes", "warehouses", root, tmp_path / "found.json")
     row = stored()["conveyor_pickup: boxes (warehouses)"]
     assert found["n"] == row["n"]
     assert found["value"] == pytest.approx(row["value"], abs=0.02)
