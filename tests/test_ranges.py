@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import pytest
 
@@ -62,3 +62,25 @@ def test_a_range_is_written_without_exponents() -> None:
         "-0.5 to 2.5",
         "0.000001-1",
     ]
+
+
+@dataclass(frozen=True)
+@ranged
+class Lamp:
+    kind: Literal["point", "area"] = "point"
+    beam: Literal["narrow", "wide"] | Annotated[float, Range(1, 90, "deg")] | None = None
+    colour: Literal["warm"] | str = "warm"
+
+
+def test_a_name_that_is_not_listed_is_rejected_at_once() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Lamp(kind="arae")  # type: ignore[arg-type]
+    assert str(caught.value) == "kind must be one of 'point', 'area', found 'arae' (did you mean 'area'?)"
+    with pytest.raises(ConfigError, match="beam must be one of 'narrow', 'wide', found 'broad'"):
+        replace(Lamp(), beam="broad")
+
+
+def test_listed_names_numbers_and_any_other_text_are_taken() -> None:
+    assert Lamp("area", "wide", "blue").colour == "blue"
+    assert Lamp(beam=30.0).beam == 30.0
+    assert Lamp().beam is None

@@ -1,7 +1,7 @@
-"""Which numbers a setting takes, declared beside it: ``height: Annotated[float, Range(0.1, 10, "m")]``.
+"""What a setting takes, declared beside it: ``Annotated[float, Range(0.1, 10, "m")]``, ``Literal["cpu", "cuda"]``.
 
-Every number of a settings class has its ``Range``; ``@ranged`` makes the class keep to them, wherever its values come
-from: a file, the command line or Python.
+Every number of a settings class has its ``Range``; ``@ranged`` makes the class keep to them and to the names of a
+``Literal``, wherever its values come from: a file, the command line or Python.
 """
 
 import math
@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache, wraps
 from numbers import Real
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from warehouse_sim.errors import ConfigError
+from warehouse_sim.errors import ConfigError, shown, suggestion
 
 T = TypeVar("T")
 _FRACTIONS = (30, 45, 60, 90, 120, 135, 180, 270, 360)
@@ -56,7 +56,7 @@ def degrees_of_radians(value: float) -> int | None:
 
 
 def ranged(cls: type[T]) -> type[T]:
-    """Make a dataclass check its ranges before its own ``__post_init__``, and all that it rejects a ConfigError.
+    """Make a dataclass check its settings before its own ``__post_init__``, and all that it rejects a ConfigError.
 
     It stands below ``@dataclass``.
     """
@@ -66,6 +66,7 @@ def ranged(cls: type[T]) -> type[T]:
     def check(settings: Any) -> None:
         try:
             check_ranges(settings)
+            _check_names(settings)
             relations(settings)
         except ValueError as problem:
             raise ConfigError(str(problem)) from problem
@@ -91,6 +92,35 @@ def ranges_of(cls: Any) -> dict[str, Range]:
     hints = typing.get_type_hints(cls, include_extras=True)
     declared = {item.name: _declared(hints[item.name]) for item in fields(cls)}
     return {name: allowed for name, allowed in declared.items() if allowed is not None}
+
+
+def _check_names(settings: Any) -> None:
+    """Reject a text that is none of the names which a field's ``Literal`` lists.
+
+    Raises:
+        ValueError: Names the setting, what there is and what was found.
+    """
+    kind: Any = type(settings)
+    for name, known in _names_of(kind).items():
+        value = getattr(settings, name)
+        if isinstance(value, str) and value not in known:
+            listed = ", ".join(map(repr, known))
+            raise ValueError(f"{name} must be one of {listed}, found {shown(value)}{suggestion(value, known)}")
+
+
+@cache
+def _names_of(cls: Any) -> dict[str, tuple[str, ...]]:
+    """Return the names that fields of a dataclass take, where these take no other text."""
+    hints = typing.get_type_hints(cls)
+    listed = {item.name: _listed(hints[item.name]) for item in fields(cls)}
+    return {name: known for name, known in listed.items() if known}
+
+
+def _listed(hint: Any) -> tuple[str, ...]:
+    options = (hint,) if typing.get_origin(hint) is Literal else typing.get_args(hint)
+    literals = [option for option in options if typing.get_origin(option) is Literal]
+    names = tuple(name for option in literals for name in typing.get_args(option) if isinstance(name, str))
+    return () if str in options else names
 
 
 def range_of(hint: Any) -> Range | None:
