@@ -14,7 +14,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from warehouse_sim.errors import ConfigError, shown, suggestion
+from warehouse_sim.errors import ConfigError, not_listed, shown
 from warehouse_sim.ranges import check_range, range_of
 from warehouse_sim.yaml_file import read_yaml
 
@@ -197,8 +197,7 @@ def _tuple_reader(args: tuple[Any, ...]) -> Reader:
 
 def _read_literal(allowed: tuple[Any, ...], value: Any, where: str) -> Any:
     if value not in allowed:
-        hint = suggestion(value, [item for item in allowed if isinstance(item, str)])
-        raise ConfigError(f"{where} must be one of {', '.join(map(repr, allowed))}, found {shown(value)}{hint}")
+        raise ConfigError(not_listed(where, value, allowed))
     return value
 
 

@@ -78,6 +78,12 @@ def suggestion(name: Any, known: Iterable[str]) -> str:
     return f" (did you mean {near[0]!r}?)" if near else ""
 
 
+def not_listed(where: str, value: Any, known: Sequence[Any]) -> str:
+    """Return that a setting must be one of some values, and which name was perhaps meant."""
+    names = [item for item in known if isinstance(item, str)]
+    return f"{where} must be one of {', '.join(map(repr, known))}, found {shown(value)}{suggestion(value, names)}"
+
+
 def _listed(name: str, known: Sequence[str]) -> str:
     if len(known) <= _MOST_NAMES:
         return ", ".join(known)

@@ -12,7 +12,7 @@ from functools import cache, wraps
 from numbers import Real
 from typing import Annotated, Any, Literal, TypeVar
 
-from warehouse_sim.errors import ConfigError, shown, suggestion
+from warehouse_sim.errors import ConfigError, not_listed
 
 T = TypeVar("T")
 _FRACTIONS = (30, 45, 60, 90, 120, 135, 180, 270, 360)
@@ -104,8 +104,7 @@ def _check_names(settings: Any) -> None:
     for name, known in _names_of(kind).items():
         value = getattr(settings, name)
         if isinstance(value, str) and value not in known:
-            listed = ", ".join(map(repr, known))
-            raise ValueError(f"{name} must be one of {listed}, found {shown(value)}{suggestion(value, known)}")
+            raise ValueError(not_listed(name, value, known))
 
 
 @cache
