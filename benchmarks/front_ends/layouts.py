@@ -129,10 +129,7 @@ def _front_end(method: str, weights: Weights) -> str:
 
 
 def _found(method: str, weights: Weights, root: Path, file: Path) -> dict[str, Any]:
-    """Write what a front end finds, and return how precise it is (AP at 0.5) with pallets, and with what else it finds.
-
-    A chain of colour detectors alone finds people and trucks, too.
-    """
+    """Write what a front end finds, and return its AP at 0.5 of pallets; in colour alone also of people and trucks."""
     reader = DatasetReader(root)
     file.parent.mkdir(parents=True, exist_ok=True)
     # Masks share pixels out among all boxes: those of a chain are the ones that it would take.

@@ -59,6 +59,13 @@ def test_only_classes_of_the_first_are_looked_for() -> None:
     assert JoinedDetectors([Fixed(), Fixed()]).detect(IMAGE) == []
 
 
+def test_what_has_no_score_is_left_out() -> None:
+    # As files may hold it; a mean that is weighted by it has no weight.
+    both = JoinedDetectors([Fixed(pallet(LEFT, 0.9), pallet(RIGHT, 0.0)), Fixed(pallet(RIGHT, 0.0))])
+    both.leave_out_below(-1.0)
+    assert [item.box_xyxy for item in both.detect(IMAGE)] == [pytest.approx(LEFT)]
+
+
 def test_a_mask_stays_with_its_detection() -> None:
     mask = np.zeros((48, 64), dtype=bool)
     mask[4:25, 2:23] = True

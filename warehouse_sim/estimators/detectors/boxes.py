@@ -120,7 +120,7 @@ def helped(first: Kept, other: Kept, weight: float, min_overlap: float) -> Kept:
     mean, weighted by score. What only one of them found stays, with a score of 0 by the other.
 
     Args:
-        first: What the detector found.
+        first: What the detector found, with scores above 0.
         other: What the other one found, of the same classes.
         weight: How much the other one counts beside the first, above 0.
         min_overlap: Intersection over union from which on boxes of both are of one object.

@@ -71,7 +71,8 @@ class JoinedDetectors(Detector):
         """
         known = self.classes
         found = [
-            [item for item in member.detect(image) if not known or _name(item) in known] for member in self._members
+            [item for item in member.detect(image) if item.score > 0.0 and (not known or _name(item) in known)]
+            for member in self._members
         ]
         names = {_name(item): number for number, item in enumerate(item for items in found for item in items)}
         kept, items = _kept(found[0], names), found[0]
