@@ -269,6 +269,15 @@ def test_a_second_face_is_not_taught_where_it_is_as_good(turn_deg: float, faces:
     assert (rows[1:, 5] == 0.0).all()
 
 
+@pytest.mark.parametrize(("hidden_to", "faces"), [(0.0, 1), (0.4, 1), (0.6, 2), (1.0, 1)])
+def test_the_other_face_is_not_taught_as_none_where_the_best_is_mostly_hidden(hidden_to: float, faces: int) -> None:
+    (whole,) = labels_of(np.radians(30), EVERYTHING)
+    mask = EVERYTHING.copy()
+    mask[:, : round(whole[0] + hidden_to * (whole[2] - whole[0]))] = False
+    rows = labels_of(np.radians(30), mask)
+    assert len(rows) == faces
+
+
 def test_only_sides_with_pockets_are_faces_and_only_pallets_have_any() -> None:
     (row,) = labels_of(np.radians(60), EVERYTHING, faces=("-x", "+x"))
     front = labels_of(np.radians(60), EVERYTHING)[0]

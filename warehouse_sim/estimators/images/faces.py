@@ -20,6 +20,8 @@ _LEAST_FACING = 0.1
 """Cosine between a face's normal and the way to the camera from which on it is a face."""
 _AS_GOOD = 0.75
 """Cosine over that of the best face from which on a second one could be taken for it: within 8 deg of a diagonal."""
+_MOSTLY_SEEN = 0.5
+"""Visible fraction of the best face below which any other could be taken in its place."""
 _NEAREST = 0.05
 """Depth (m) from which on all corners must lie."""
 
@@ -38,8 +40,9 @@ class MaskReader(Protocol):
 def face_labels(reader: MaskReader, image: ImageRecord, box: Letterbox) -> Float[np.ndarray, "k 8"]:
     """Return the labels of faces as ``rows.LABEL`` names them, their obj_id that of the pallet below zero.
 
-    The face that looks at the camera most is labelled; another that looks at it almost as much has a visible fraction
-    of 0, so that nothing is taught of it, and any other is no face. A box holds what is seen of the face's rectangle,
+    The face that looks at the camera most is labelled. Another has a visible fraction of 0, so that nothing is taught
+    of it, where it looks at the camera almost as much or where most of the best is hidden or outside of the image; else
+    it is no face. A box holds what is seen of the face's rectangle,
     and its visible fraction is its area over that of the whole rectangle's box.
 
     Args:
@@ -61,8 +64,10 @@ def _labels(
 ) -> Iterator[tuple[float, ...]]:
     sides = sorted(_facing(target, target.info(reader.objects)), key=lambda side: -side[0])
     mask: Bool[np.ndarray, "h w"] | None = None
+    best = 0.0
     for place, (facing, corners) in enumerate(sides):
-        if facing < max(_LEAST_FACING, _AS_GOOD * sides[0][0] if place else 0.0) or corners[:, 2].min() < _NEAREST:
+        least = _AS_GOOD * sides[0][0] if place and best >= _MOSTLY_SEEN else _LEAST_FACING
+        if facing < max(_LEAST_FACING, least) or corners[:, 2].min() < _NEAREST:
             continue
         mask = reader.mask_visible(image, target.gt_index) if mask is None else mask
         outline = image.camera.project(corners)
@@ -72,9 +77,10 @@ def _labels(
         # Inclusive corners of pixel centres become edges.
         left, top, right, bottom = seen[0], seen[1], seen[2] + 1, seen[3] + 1
         whole = np.prod(np.ptp(outline, axis=0))
-        fraction = 0.0 if place else min(1.0, float((right - left) * (bottom - top) / max(whole, 1e-9)))
+        if not place:
+            best = min(1.0, float((right - left) * (bottom - top) / max(whole, 1e-9)))
         edges = box.onto_canvas(np.array([[left, top, right, bottom]], dtype=float))[0]
-        yield (*edges, -target.obj_id, fraction, bottom - top, target.gt_index)
+        yield (*edges, -target.obj_id, 0.0 if place else best, bottom - top, target.gt_index)
 
 
 def _facing(target: TargetRecord, info: ObjectInfo) -> Iterator[tuple[float, Float[np.ndarray, "4 3"]]]:

@@ -100,7 +100,7 @@ def read_depth(
     return reader.depth(image)
 
 
-_FORMAT = 3
+_FORMAT = 4
 """To be raised when the arrays change."""
 
 
