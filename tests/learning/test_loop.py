@@ -8,7 +8,7 @@ from torch import Tensor, nn
 from warehouse_sim.errors import TrainingError
 from warehouse_sim.learning import clock as module
 from warehouse_sim.learning.clock import Clock, learning_rate_factor
-from warehouse_sim.learning.compute import cpu_threads, shapes_only
+from warehouse_sim.learning.compute import cpu_threads, fold_normalisations, shapes_only
 from warehouse_sim.learning.loop import Task, fit
 from warehouse_sim.learning.parallel import Worker
 from warehouse_sim.learning.settings import LoopConfig
@@ -157,6 +157,22 @@ def test_networks_made_afterwards_have_values() -> None:
     weight = nn.Embedding(4, 5).weight
     assert weight.device.type == "cpu"
     assert float(weight.detach().std()) > 0.1
+
+
+def test_folded_normalisations_give_what_they_gave() -> None:
+    torch.manual_seed(0)
+    inner = nn.Sequential(nn.Conv2d(3, 5, 3, stride=2, bias=False), nn.BatchNorm2d(5), nn.SiLU())
+    network = nn.Sequential(inner, nn.Conv2d(5, 4, 1), nn.BatchNorm2d(4), nn.BatchNorm2d(4))
+    images = torch.randn(8, 3, 9, 9)
+    for part in network.modules():
+        if isinstance(part, nn.BatchNorm2d):
+            nn.init.uniform_(part.weight, 0.5, 2.0)
+            nn.init.normal_(part.bias)
+    network(3.0 * images + 1.0)
+    expected = network.eval()(images)
+    fold_normalisations(network)
+    torch.testing.assert_close(network(images), expected, rtol=1e-5, atol=1e-5)
+    assert [type(part) for part in network.modules()].count(nn.BatchNorm2d) == 1
 
 
 def test_threads_are_given_back() -> None:

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import torch
 from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 from torch.overrides import TorchFunctionMode
 
 from warehouse_sim.errors import InputError
@@ -65,7 +66,7 @@ def place(
     """Move a network to where it predicts, and return that and its CPU threads; None for torch's own number.
 
     Args:
-        network: Ready for inference.
+        network: Ready for inference; its normalisations become part of the convolutions before them.
         device: "auto" takes a GPU if there is one.
         threads: As they are requested; None takes one for small networks.
 
@@ -73,10 +74,25 @@ def place(
         InputError: A GPU is requested, and torch finds none.
     """
     chosen = chosen_device(device)
+    small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
+    fold_normalisations(network)
     # Convolutions of CPUs and GPUs read the channels of a pixel together.
     network.to(chosen, memory_format=torch.channels_last)  # type: ignore[call-overload]  # not in torch's stubs
-    small = sum(parameter.numel() for parameter in network.parameters()) < SMALL
     return chosen, threads or (1 if small else None)
+
+
+def fold_normalisations(network: nn.Module) -> None:
+    """Make every batch normalisation that follows a convolution in a sequence part of it; what is computed stays.
+
+    Args:
+        network: Ready for inference: a normalisation with running means.
+    """
+    for part in network.modules():
+        if not isinstance(part, nn.Sequential):
+            continue
+        for number, (layer, after) in enumerate(zip(list(part), list(part)[1:], strict=False)):
+            if isinstance(layer, nn.Conv2d) and isinstance(after, nn.BatchNorm2d):
+                part[number], part[number + 1] = fuse_conv_bn_eval(layer, after), nn.Identity()
 
 
 @contextmanager

@@ -91,14 +91,15 @@ def even_mesh(model: ObjectModel) -> TriangleMesh:
     """
     if model.metric_mesh is not None:
         return model.metric_mesh
+    mesh = merge([_even_part(part, np.inf) for part in model.parts])
+    if len(mesh.vertices) > _MOST:  # Where nothing is split any more, nothing gets coarser.
+        return mesh
     area = model.mesh().face_areas().sum()
     spacing = float(np.sqrt(area / _MOST))
-    # Where nothing is split any more, nothing gets coarser.
-    fewest = len(merge([_even_part(part, np.inf) for part in model.parts]).vertices)
     for _ in range(20):
         mesh = merge([_even_part(part, spacing) for part in model.parts])
         count = len(mesh.vertices)
-        if _FEWEST <= count <= _MOST or (count > _MOST and count == fewest):
+        if _FEWEST <= count <= _MOST:
             break
         spacing *= float(np.sqrt(count / ((_FEWEST + _MOST) / 2)))
     return mesh
