@@ -47,7 +47,27 @@ _ANYWHERE: dict[str, Any] = {
     },
 }
 """Empty pallets alone, in rows and in stacks, amid clutter, from near and above."""
-_KINDS: dict[str, tuple[str, dict[str, Any]]] = {"pallets_anywhere": ("robust_pallets", _ANYWHERE)}
+_NO_PALLETS: dict[str, Any] = {
+    "shelving": {"empty_slot_fraction": 1.0},
+    "staging": {"count": 0},
+    "clutter": {"count": {"min": 6, "max": 40}, "on_shelves": {"min": 0, "max": 60}},
+    "traffic": {
+        "trucks": 0,
+        "forklifts": {"choices": [0, 1]},
+        "pallet_jacks": {"choices": [0, 1]},
+        "people": {"min": 0, "max": 4},
+        "cones": {"min": 0, "max": 4},
+        "cartons": {"min": 3, "max": 12},
+    },
+    "appearance": {"preset": {"choices": ["everyday", "wild"]}},
+    "viewpoints": _ANYWHERE["viewpoints"] | {"kind": "post", "level": False},
+}
+"""Clutter, cartons, empty racks, people and trucks, and no pallet among them."""
+_KINDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "pallets_anywhere": ("robust_pallets", _ANYWHERE),
+    "no_pallets": ("domain_random", _NO_PALLETS),
+    "shelves_without_pallets": ("small_parts", _NO_PALLETS),
+}
 """Recipe and changes of its scene, of parts that are of no shipped recipe."""
 CYCLE = (
     "selective_rack",
@@ -68,8 +88,10 @@ CYCLE = (
     "distance_study",
 )
 """What parts are of, in turn; layouts whose pallets were found least come twice."""
-_MANY_PALLETS = ("robust_pallets", "pallets_anywhere")
-"""With pallets of no catalog, which no one part shows all of: never for validation."""
+ON_REQUEST = ("no_pallets", "shelves_without_pallets")
+"""What parts are of, in turn, where ``--only`` names these: networks of images learn there what is no pallet."""
+_ONLY_TO_LEARN = ("robust_pallets", "pallets_anywhere", *ON_REQUEST)
+"""With pallets of no catalog, which no one part shows all of, or with none: never for validation."""
 _SENSORS: tuple[dict[str, Any], ...] = (
     {},
     {"choices": ["d455", "d435", "kinect_v1", "azure_kinect", "tof_industrial"]},
@@ -102,11 +124,11 @@ class Part(Data):
         return replace(recipe, name=self.folder_name, scenes=self.scenes or recipe.scenes, split=split)
 
 
-def part(number: int) -> Part:
+def part(number: int, cycle: tuple[str, ...] = CYCLE) -> Part:
     """Return part ``number``: 48 observations of one recipe, to learn from or, one in twenty, to validate on."""
-    turn, place = divmod(number, len(CYCLE))
-    recipe = CYCLE[place]
-    validates = (number * 7) % _VALIDATION_EVERY == 0 and recipe not in _MANY_PALLETS
+    turn, place = divmod(number, len(cycle))
+    recipe = cycle[place]
+    validates = (number * 7) % _VALIDATION_EVERY == 0 and recipe not in _ONLY_TO_LEARN
     return Part(
         recipe,
         _SEED + number,
@@ -142,25 +164,27 @@ def main(
         first: Number of the first part.
         parts: Most parts, of 48 observations each.
         only: Kinds of parts that are made, as ``CYCLE`` names them; all without it. Numbers of others are passed over.
+            Those of ``ON_REQUEST`` are not joined with others.
 
     Raises:
         UnknownNameError: If ``only`` names a kind that there is not.
     """
+    cycle = only if only and set(only) <= set(ON_REQUEST) else CYCLE
     for kind in only:
-        if kind not in CYCLE:
-            raise UnknownNameError("kind of part", kind, sorted(set(CYCLE)))
+        if kind not in cycle:
+            raise UnknownNameError("kind of part", kind, sorted({*CYCLE, *ON_REQUEST}))
     make_folder(folder)
-    numbers = [number for number in range(first, first + parts) if not only or CYCLE[number % len(CYCLE)] in only]
+    numbers = [number for number in range(first, first + parts) if not only or cycle[number % len(cycle)] in only]
     until = time.time() + 60.0 * minutes
     with one_writer(folder), ProcessPoolExecutor(processes, get_context("spawn"), prepare_worker) as pool:
-        for _ in pool.map(partial(make_part, folder, until), numbers):
+        for _ in pool.map(partial(make_part, folder, until, cycle), numbers):
             pass
     print(f"{len(finished(folder))} parts in {folder}")
 
 
-def make_part(folder: Path, until: float, number: int) -> Path | None:
+def make_part(folder: Path, until: float, cycle: tuple[str, ...], number: int) -> Path | None:
     """Make a part unless it is there, and return its folder; None where the time is over or no scene of it settles."""
-    item = part(number)
+    item = part(number, cycle)
     root = folder / item.folder_name
     if (root / "manifest.json").is_file():
         return root

@@ -34,7 +34,7 @@ class ShelvingConfig:
     """How pallets stand in their slots."""
 
     empty_slot_fraction: Fraction = 0.35
-    """Fraction of the slots left free, 0-1; at least one slot is taken."""
+    """Fraction of the slots left free, 0-1; below 1 at least one slot is taken."""
     lateral_mm: Annotated[Distribution, Range(-200, 200, "mm")] = field(
         default=Distribution.normal(0.0, 12.0, -40.0, 40.0)
     )
@@ -62,7 +62,8 @@ def fill_rack(
     """
     if not slots:
         return
-    count = max(1, round((1.0 - config.empty_slot_fraction) * len(slots)))
+    taken_fraction = 1.0 - config.empty_slot_fraction
+    count = max(1, round(taken_fraction * len(slots))) if taken_fraction else 0
     taken = _from_the_far_end(slots, [slots[index] for index in np.sort(rng.permutation(len(slots))[:count])])
     structure = draft.solids().boxes
     first = sorted_loads(taken, loads, rng) if config.heavier_below else {}
