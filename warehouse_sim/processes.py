@@ -8,7 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import connection, parent_process
+from multiprocessing import connection, current_process, parent_process
 
 _PR_SET_PDEATHSIG = 1
 """prctl(2)."""
@@ -25,6 +25,15 @@ def end_at_once_with_parent() -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if connection.wait([parent.sentinel], 0.0):  # It ended before.
         os._exit(1)
+
+
+def end_where_a_script_runs_again() -> None:
+    """End this process where multiprocessing runs the user's script again in it to begin a worker.
+
+    There, a script without ``if __name__ == "__main__":`` would start workers of its own.
+    """
+    if getattr(current_process(), "_inheriting", False):
+        raise SystemExit(1)
 
 
 def end_with_parent() -> None:

@@ -35,8 +35,8 @@ RECALL = 0.8
 _SEED, _WITH, _WITHOUT, _VIEWS = 515_152, 6, 12, 8
 """Seed of the scenes, how many of them have pallets and how many of each kind have none, and images of each."""
 _LEAST_SCORE, _OVERLAP = 0.02, 0.5
-_VISIBLE, _HEIGHT_PX = 0.1, 8.0
-"""What is to be found: a tenth of it visible, so many pixels high."""
+_VISIBLE, _HEIGHT_PX = 0.5, 16.0
+"""What is to be found: half of it visible, so many pixels high."""
 _RESAMPLES = 1000
 
 

@@ -2,6 +2,7 @@ import ctypes
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -43,3 +44,12 @@ def test_a_worker_has_one_thread_in_every_library_unless_told_otherwise() -> Non
     environment.pop("OMP_NUM_THREADS", None)
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
     assert run.stdout.split() == [b"3", b"1"]
+
+
+def test_a_script_without_a_guard_is_named_once(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text('import warehouse_sim as ws\nprint(next(iter(ws.stream("smoke", scenes=1))))\n')
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr.count("Traceback") == 1
+    assert 'under if __name__ == "__main__":' in run.stderr.splitlines()[-1]

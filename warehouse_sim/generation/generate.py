@@ -21,6 +21,7 @@ from warehouse_sim.generation.plan import GenerateConfig, plan_dataset, storable
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
 from warehouse_sim.one_writer import one_writer
+from warehouse_sim.processes import end_where_a_script_runs_again
 from warehouse_sim.render import BACKENDS, open_renderer, require_drawn
 from warehouse_sim.render.renderer import Renderer
 
@@ -60,6 +61,7 @@ def generate(
         WorkerError: Scenes ended every worker that made them, or took too long; all else is kept for
             ``config.resume``. With ``config.skip_failed``, more than a tenth of them did.
     """
+    end_where_a_script_runs_again()
     BACKENDS.get(config.backend)
     require_drawn(recipe.sensors.wanted, config.backend, config.backend_options)
     plan = plan_dataset(recipe, config)

@@ -12,6 +12,7 @@ from warehouse_sim.generation.executor import Work, make_in_order
 from warehouse_sim.generation.observe import observe_scene
 from warehouse_sim.generation.recipe import Recipe
 from warehouse_sim.generation.scene import prepare_scene
+from warehouse_sim.processes import end_where_a_script_runs_again
 from warehouse_sim.render import BACKENDS, open_renderer, require_drawn
 from warehouse_sim.render.renderer import Renderer
 from warehouse_sim.schema import Observation
@@ -60,6 +61,7 @@ def stream(
         RenderError: The backend does not draw what the recipe wants.
         WorkerError: A scene ended every worker that made it.
     """
+    end_where_a_script_runs_again()
     BACKENDS.get(backend)
     if start < 0 or workers < 1:
         raise ValueError(f"start must be >= 0 and workers >= 1, found {start} and {workers}")

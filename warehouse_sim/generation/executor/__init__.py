@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, Self
 
+from warehouse_sim.errors import WorkerError
 from warehouse_sim.generation.executor.failures import Failures, Skip, time_limit, too_long
 from warehouse_sim.processes import end_at_once_with_parent, few_collections, keep_freed_memory, prepare_worker
 
@@ -263,6 +264,11 @@ class _Pool:
         assert index is not None
         self._workers.remove(dead)
         exit_code = dead.end()
+        if exit_code == 1 and not dead.is_open and not cause:
+            raise WorkerError(
+                "a worker ended before it began; a script that makes scenes with workers must do so under "
+                'if __name__ == "__main__":'
+            )
         if self._failures.died(index, cause or _cause(exit_code)):
             self._again.append(index)
         following = self._next()
