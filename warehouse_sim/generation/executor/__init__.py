@@ -195,9 +195,10 @@ class _Pool:
         """Yield the scene that the worker has finished, if it has, and see that work goes on."""
         index = worker.scene_index
         assert index is not None
-        try:
+        answer = None
+        with suppress(EOFError, OSError):
             answer = worker.pipe.recv()
-        except (EOFError, OSError):
+        if answer is None:
             self._replace(worker)
             return
         if answer == _OPENED:
