@@ -110,6 +110,24 @@ def test_what_was_made_is_used_again_and_only_if_nothing_changed(out: Path) -> N
     assert rerun(suite, "rectangle-fit").reused == 1
 
 
+@pytest.mark.gl
+def test_who_does_not_run_stays_in_the_stored_result(out: Path) -> None:
+    suite = only_scored(SUITES["industrial"])
+
+    def rerun(*who: str, overwrite: bool = False) -> tuple[SuiteResult, SuiteResult]:
+        found = run_suite(suite, who, config=RunConfig(out, 1, overwrite))
+        return found, read_result(out / "results" / "industrial.json")
+
+    alone, stored = rerun("oracle", overwrite=True)
+    assert stored == alone
+    more, stored = rerun("shuffled")
+    assert {item.name for item in more.estimators} == {"shuffled"}
+    assert stored.rows == alone.rows + more.rows
+    again, stored = rerun("oracle")
+    assert stored.rows == more.rows + again.rows
+    assert rerun("shuffled", overwrite=True)[1].rows == more.rows
+
+
 def test_a_suite_that_names_what_there_is_not_is_rejected(tmp_path: Path) -> None:
     cases = {
         "by: [klass]": "no grouping",

@@ -1,6 +1,6 @@
 """The result of a suite as a file: estimators, data, and every number with its interval."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +95,25 @@ class SuiteResult:
             if where + row.against in seen:
                 raise ValueError(f"rows: {where}: comes twice")
             seen.add(where + row.against)
+
+
+def beside(stored: SuiteResult, new: SuiteResult) -> SuiteResult:
+    """Return a new result with what a stored one says of estimators that did not run this time.
+
+    It stays as it is where the stored one is of another suite, size, machine or data.
+    """
+    if (stored.suite, stored.quick, stored.machine, stored.data) != (new.suite, new.quick, new.machine, new.data):
+        return new
+    ran = {item.name for item in new.estimators} | {item.estimator for item in new.left_out}
+    commands = (stored.command,) if new.command in stored.command else (stored.command, new.command)
+    return replace(
+        new,
+        command="; ".join(commands),
+        estimators=(*(item for item in stored.estimators if item.name not in ran), *new.estimators),
+        rows=(*(row for row in stored.rows if not ran & {row.estimator, row.against}), *new.rows),
+        left_out=(*(item for item in stored.left_out if item.estimator not in ran), *new.left_out),
+        notes=tuple(dict.fromkeys((*stored.notes, *new.notes))),
+    )
 
 
 def write_result(result: SuiteResult, path: Path) -> Path:

@@ -4,6 +4,7 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
@@ -19,7 +20,7 @@ from warehouse_sim.benchmark.negatives.score import negative_rows
 from warehouse_sim.benchmark.recorded.entries import BASELINE
 from warehouse_sim.benchmark.recorded.score import baseline_group, face_rows, find_recorded, who_answers
 from warehouse_sim.benchmark.report.markdown import page
-from warehouse_sim.benchmark.result import LeftOut, SuiteResult, write_result
+from warehouse_sim.benchmark.result import LeftOut, SuiteResult, beside, read_result, write_result
 from warehouse_sim.benchmark.rows.effects import effect_rows
 from warehouse_sim.benchmark.rows.finding import detection_rows, found_by
 from warehouse_sim.benchmark.rows.row import Row
@@ -87,10 +88,11 @@ def run_suite(
     data: Path | None = None,
     sealed: Path | None = None,
 ) -> SuiteResult:
-    """Run a suite, write ``results/SUITE.json`` and the page beside it, and return the result.
+    """Run a suite, write ``results/SUITE.json`` and the page beside it, and return what this run found.
 
     Data, predictions and scores that were made of the same inputs (recipe, weights, settings, by their hashes) are
-    taken from ``config.out``; a run that was stopped goes on where it was.
+    taken from ``config.out``; a run that was stopped goes on where it was. Estimators of a result there that do not run
+    this time stay in it, unless ``config.overwrite``.
 
     Args:
         suite: What is evaluated.
@@ -141,7 +143,12 @@ def run_suite(
         left_out=tuple(run.left_out),
         notes=tuple(run.notes),
     )
-    store(result, result_file(config.out, suite.name, quick, data))
+    path = result_file(config.out, suite.name, quick, data)
+    stored = None
+    if path.is_file() and not config.overwrite:
+        with suppress(EvaluationError):  # What cannot be read is replaced.
+            stored = read_result(path)
+    store(beside(stored, result) if stored else result, path)
     return result
 
 
