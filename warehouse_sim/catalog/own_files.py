@@ -22,8 +22,8 @@ from warehouse_sim.catalog.shipped import SHIPPED
 from warehouse_sim.config import load_yaml
 from warehouse_sim.errors import ConfigError, shown
 from warehouse_sim.geometry.boxes import OrientedBox
-from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.mesh import TriangleMesh, merge
+from warehouse_sim.geometry.symmetry import SymmetryGroup, surface_kept
 from warehouse_sim.schema import Material, ObjectModel
 
 _SMALLEST, _LARGEST = 0.005, 60.0
@@ -34,8 +34,6 @@ _MOST_SLENDER = 10_000.0
 """Longest edges of all triangles over the root of their area; 5 for a box, 500 for 100,000 even triangles."""
 _OUTSIDE = 0.001
 """How far (m) a collision box may leave the object."""
-_SYMMETRY_TOLERANCE = 0.01
-"""How much of its longest edge the box of an object may change under a declared symmetry."""
 
 
 def load_custom_object(path: Path, brought: Sequence[Material] = ()) -> ObjectModel:
@@ -90,7 +88,7 @@ def object_of(config: CustomObjectConfig, path: Path, brought: Sequence[Material
         collision=_collision(config, centred, size, path),
         mass=config.mass,
         bears=config.bears,
-        symmetry=_symmetry(config, size, path),
+        symmetry=_symmetry(config, merge(list(centred.values())), path),
         materials=tuple(material for material in brought if material.name in chosen),
     )
 
@@ -154,19 +152,17 @@ def _materials(config: CustomObjectConfig, parts: list[str], known: Collection[s
     return [name for name in chosen if name is not None]
 
 
-def _symmetry(config: CustomObjectConfig, size: np.ndarray, path: Path) -> SymmetryGroup:
-    """Return the declared group, unless the bounding box alone contradicts it: quarter turns of an oblong object."""
+def _symmetry(config: CustomObjectConfig, surface: TriangleMesh, path: Path) -> SymmetryGroup:
+    """Return the declared group, unless one of its turns moves the surface elsewhere."""
     chosen = config.symmetry
     if chosen.kind == "none":
         return SymmetryGroup.trivial()
     group = SymmetryGroup.cuboid() if chosen.kind == "cuboid" else SymmetryGroup.turns(chosen.axis, chosen.count)
-    for T in group.transforms:
-        turned = np.abs(T[:3, :3]) @ size
-        if np.isin(T, (-1.0, 0.0, 1.0)).all() and np.abs(turned - size).max() > _SYMMETRY_TOLERANCE * size.max():
-            raise ConfigError(
-                f"{path}: symmetry: it would turn a box of {_edges(size)} m into one of {_edges(turned)} m; "
-                "declare fewer turns or another axis"
-            )
+    if moved := np.flatnonzero(~surface_kept(surface, group.transforms)).tolist():
+        raise ConfigError(
+            f"{path}: symmetry: turn {moved[0]} of {len(group) - 1} moves the surface elsewhere; "
+            "declare fewer turns or another axis"
+        )
     return group
 
 

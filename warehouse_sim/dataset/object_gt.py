@@ -8,9 +8,9 @@ from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError
 
 from warehouse_sim.dataset.objects import FACES, ObjectInfo
-from warehouse_sim.dataset.shape_symmetry import is_closed, surface_kept
 from warehouse_sim.geometry.mesh import TriangleMesh, diameter, sample_surface
 from warehouse_sim.geometry.pose import Transform, invert, transform_points
+from warehouse_sim.geometry.symmetry import is_closed, surface_kept
 from warehouse_sim.schema import Pocket
 
 _SAME_PLACE = 1e-3

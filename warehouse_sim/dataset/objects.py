@@ -14,7 +14,7 @@ from warehouse_sim.dataset.files.record import Length, Lengths, Name, Record, Ri
 from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.mesh import TriangleMesh
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup, shape_symmetry
 from warehouse_sim.schema import ObjectModel, Pocket
 
 FACES: dict[str, tuple[float, float, float]] = {
@@ -91,8 +91,6 @@ class ObjectInfo:
         """
         if not self.has_cad:
             return self.symmetry
-        # Imported on use: it brings scipy.spatial, which takes longer to import than all else that reading needs.
-        from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 
         return shape_symmetry(self.mesh(), self.symmetry)
 

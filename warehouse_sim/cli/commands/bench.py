@@ -49,8 +49,8 @@ def bench(
             sealed file. A run that was stopped goes on.
         out: Folder for data, predictions, scores and results.
         workers: Processes that generate, then train, predict and score side by side; one per processor by default.
-        overwrite: Detect, predict and score again, whatever is kept; data stay. Without it a result keeps estimators that
-            do not run this time.
+        overwrite: Detect, predict and score again, whatever is kept; data stay. Without it a result keeps
+            estimators that do not run this time.
     """
     require_extra("generate", "to make scenes")
     require_extra("learn", "to predict")

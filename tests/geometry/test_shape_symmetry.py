@@ -4,9 +4,8 @@ import pytest
 from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.loads.cartons import SKUS
 from warehouse_sim.catalog.pallets import PALLETS
-from warehouse_sim.dataset.shape_symmetry import shape_symmetry
 from warehouse_sim.geometry.mesh import TriangleMesh, merge, unit_box
-from warehouse_sim.geometry.symmetry import SymmetryGroup
+from warehouse_sim.geometry.symmetry import SymmetryGroup, shape_symmetry
 
 TRIVIAL = SymmetryGroup.trivial()
 
