@@ -1,6 +1,7 @@
 """One family of errors: each says what, where and what to do, in one line."""
 
 import difflib
+import os
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -46,9 +47,9 @@ class UnknownNameError(WarehouseSimError):
     """A name is not registered; the message lists the known ones, or those most like it where they are many."""
 
     def __init__(self, kind: str, name: str, known: list[str]) -> None:
-        super().__init__(
-            f"unknown {kind} {shown(name)}{suggestion(name, known)}; known: {_listed(name, sorted(known)) or '(none)'}"
-        )
+        # Who writes a path must not search among names.
+        missing = " (there is no such file)" if "/" in name and not os.path.exists(name) else suggestion(name, known)
+        super().__init__(f"unknown {kind} {shown(name)}{missing}; known: {_listed(name, sorted(known)) or '(none)'}")
         self.kind, self.name, self.known = kind, name, sorted(known)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, list[str]]]:

@@ -14,6 +14,7 @@ import yaml
 from pxr import Usd, UsdGeom, Vt
 
 from tests.catalog.covering import volume
+from warehouse_sim.catalog import catalog_object
 from warehouse_sim.catalog.materials import materials
 from warehouse_sim.catalog.mesh_files import fans, read_parts
 from warehouse_sim.catalog.own_files import load_custom_object
@@ -127,6 +128,11 @@ def test_turns_and_listed_boxes(tmp_path: Path) -> None:
 def test_what_is_wrong_is_named_by_file_and_key(tmp_path: Path, changes: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         load_custom_object(write_object(tmp_path, **changes))
+
+
+def test_a_missing_file_says_what_its_path_is_relative_to() -> None:
+    with pytest.raises(ConfigError, match=r"crate\.yaml: there is no such file; .* relative to the working directory"):
+        catalog_object("nowhere/crate.yaml")
 
 
 def test_a_link_out_of_the_folder_is_rejected(tmp_path: Path) -> None:

@@ -287,6 +287,8 @@ def object_of_files(name: str) -> ObjectModel:
     kept = _KEPT.get(key)
     if kept is None or any(_state(path) != state for path, state in kept[0].items()):
         states = {path: _state(path) for path in _files(name)}
+        if not os.path.exists(name.partition("#")[0]):
+            raise ConfigError(f"{name}: there is no such file; the path is relative to the working directory")
         model = load_custom_object(Path(name)) if name.endswith(".yaml") else load_mesh_object(name)
         kept = _KEPT[key] = states, model
     return kept[1]

@@ -91,7 +91,6 @@ class ObjectInfo:
         """
         if not self.has_cad:
             return self.symmetry
-
         return shape_symmetry(self.mesh(), self.symmetry)
 
     def _read(self, even: bool) -> TriangleMesh:

@@ -43,6 +43,7 @@ def test_a_width_makes_windows_evenly_within_the_range() -> None:
         ({"min": 0.6, "max": 0.3}, {}, "needs min < max"),
         ({"min": 0.2, "max": 0.4, "width": 0.3}, {}, "width must be above 0"),
         ([], {}, "or a list of them"),
+        (0.5, {}, r"must be \{min, max\} or a list of them, found 0\.5"),
         ([{"min": 0.2, "maxx": 0.4}], {}, "did you mean 'max'"),
         (ONE, {"kinds": []}, "at least one"),
         (ONE, {"kinds": ["elephant"]}, "must be one of"),

@@ -148,3 +148,7 @@ def test_compensation_brightens_and_the_camera_has_a_limit() -> None:
 def test_what_makes_no_exposure_is_rejected(settings: dict, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         ExposureConfig(**settings)
+
+
+def test_a_view_without_light_is_metered_without_a_warning() -> None:
+    assert np.isfinite(metered_ev(np.zeros(3), np.ones(3)))

@@ -60,7 +60,7 @@ class VisibleFractions:
             ConfigError: A mapping does not describe a range.
         """
         items = data if isinstance(data, list) else [data]
-        if not items:
+        if not items or not all(isinstance(item, dict) for item in items):
             raise ConfigError(f"{where}: must be {{min, max}} or a list of them, found {shown(data)}")
         return cls(tuple(from_mapping(FractionRange, item, f"{where}[{i}]") for i, item in enumerate(items)))
 

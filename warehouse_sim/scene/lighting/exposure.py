@@ -17,6 +17,8 @@ _METER = 12.5
 """Calibration constant K of reflected-light meters (cd s / (m^2 ISO)), as most makers set it; ISO 2720."""
 _ISO = 100.0
 _GAMMA = 2.2
+_DARKEST = 1e-9
+"""Luminance (cd/m^2) that a view without any light is metered as."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class ExposureConfig:
         """Return the exposure value for a view.
 
         Args:
-            luminance: Luminances in it (cd/m^2), > 0 somewhere.
+            luminance: Luminances in it (cd/m^2).
             weights: How much each counts for the meter.
         """
         if self.ev is not None:
@@ -56,7 +58,7 @@ def metered_ev(luminance: Float[np.ndarray, " n"], weights: Float[np.ndarray, " 
     exposure less than it would pull the mean of the luminance itself, and black corners less than a log-average.
     """
     mean = float(np.average(luminance ** (1.0 / _GAMMA), weights=weights)) ** _GAMMA
-    return float(np.log2(mean * _ISO / _METER))
+    return float(np.log2(max(mean, _DARKEST) * _ISO / _METER))
 
 
 def exposure_of_ev(ev: float) -> float:
