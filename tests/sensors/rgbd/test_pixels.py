@@ -8,7 +8,13 @@ from warehouse_sim.color import linear_from_srgb
 from warehouse_sim.render.display import inverse_tone_map, to_display, tone_map
 from warehouse_sim.sensors.rgbd.color import ColorConfig
 from warehouse_sim.sensors.rgbd.color.camera import develop
-from warehouse_sim.sensors.rgbd.color.pixels import demosaic, linear_light, mosaic, noise_in_codes, read_pixels
+from warehouse_sim.sensors.rgbd.color.pixels import (
+    demosaic,
+    linear_light,
+    mosaic,
+    noise_in_codes,
+    read_pixels,
+)
 
 BARE = ColorConfig(noise_scale=0.0, bayer=False, bits=16, black_level=0.0, red_gain=1.0, blue_gain=1.0)
 """Pixels without noise or filter."""
@@ -93,6 +99,19 @@ def test_even_colours_come_back_and_details_do_not() -> None:
     fine[:, ::2] = 200.0
     error = np.abs(demosaic(mosaic(fine).astype(np.uint8)).astype(float) - fine)
     assert error[5:-5, 5:-5].max() > 40
+
+
+@pytest.mark.parametrize("start", [20, 21])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_grey_line_of_one_pixel_stays_whole_and_grey(start: int, turned: bool) -> None:
+    grey = np.full((40, 60), 140.0, np.float32)
+    grey[start] = 60.0
+    grey = grey.T if turned else grey
+    noisy = grey + np.random.default_rng(0).normal(0.0, 2.0, grey.shape).astype(np.float32)
+    found = demosaic(mosaic(np.stack([noisy] * 3, axis=2)).astype(np.uint8)).astype(float)
+    line = (found.transpose(1, 0, 2) if turned else found)[start, 3:-3]
+    assert line.max() < 80.0
+    assert np.abs(np.ptp(found[3:-3, 3:-3], axis=2)).mean() < 8.0
 
 
 RNG = np.random.default_rng(3)

@@ -67,7 +67,7 @@ class ColorConfig:
     denoise: Annotated[float, Range(0, 10)] = 0.25
     """Fine detail that is taken for noise and removed at ISO 100, in standard deviations of the noise of a mid grey,
     0-10; more at a higher gain, see ``denoise_at``."""
-    sharpen: Annotated[float, Range(0, 4)] = 0.8
+    sharpen: Annotated[float, Range(0, 4)] = 0.1
     """Fraction of the remaining fine detail that is added once more, 0-4."""
     jpeg_quality: Annotated[int, Range(1, 100)] | None = 90
     """Quality at which the image was compressed, 1-100; null = it was not."""
@@ -120,7 +120,7 @@ _MOST_REMOVED = 3.2
 _UNDEVELOPED = ColorConfig(auto_white_balance=0.0, bits=12, denoise=0.0, sharpen=0.0, jpeg_quality=None)
 # Small pixels read row by row, and much development. Practical prior.
 _PHONE = ColorConfig(
-    noise_scale=1.6, exposure_error=0.2, rolling_shutter_ms=20.0, vignetting=0.3, denoise=0.6, sharpen=1.5
+    noise_scale=1.6, exposure_error=0.2, rolling_shutter_ms=20.0, vignetting=0.3, denoise=0.6, sharpen=0.3
 )
 _PLAIN = replace(
     _UNDEVELOPED,
