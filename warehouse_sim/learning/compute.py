@@ -88,7 +88,8 @@ def fold_normalisations(network: nn.Module) -> None:
         network: Ready for inference: a normalisation with running means.
     """
     for part in network.modules():
-        if not isinstance(part, nn.Sequential):
+        # What computes in its own way may need both.
+        if not isinstance(part, nn.Sequential) or type(part).forward is not nn.Sequential.forward:
             continue
         for number, (layer, after) in enumerate(zip(list(part), list(part)[1:], strict=False)):
             if isinstance(layer, nn.Conv2d) and isinstance(after, nn.BatchNorm2d):
