@@ -42,8 +42,8 @@ def test_contacts_that_break_the_crush_rule_are_named_in_text_and_json(capsys, t
         plain["scene"]["loads"] |= fragile | {"stacking": {"crush_rule": rule}}
         path = tmp_path / "fragile.yaml"
         path.write_text(yaml.safe_dump(plain))
-        assert main(["preview", "--check", str(path), "--json", str(tmp_path / "state.json")]) == code
-        found = json.loads((tmp_path / "state.json").read_text())["crush"]["faults"]
+        assert main(["preview", "--check", str(path), "--json", str(tmp_path / "new" / "state.json")]) == code
+        found = json.loads((tmp_path / "new" / "state.json").read_text())["crush"]["faults"]
         assert bool(found) is not rule
         assert "crush rule" in capsys.readouterr().out
     assert {fault["kind"] for fault in found} == {"overload"}

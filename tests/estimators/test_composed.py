@@ -196,7 +196,7 @@ def test_a_file_of_detections_takes_the_place_of_a_detector(
     reader = DatasetReader(data)
     detector = GroundTruthBoxes(reader, {"toy-pallet": 0.01, "toy-other": 0.9})
     monkeypatch.setattr("warehouse_sim.estimators.detections.open_front_end", lambda name: detector)
-    out = tmp_path / "found.json"
+    out = tmp_path / "new" / "found.json"
     words = ["detect", "any", "--data", str(data), "--out", str(out), "--split", "train"]
     assert main([*words, "--labels", str(tmp_path / "labels"), "--height-px", "2"]) == 0
     assert "pallet" in capsys.readouterr().out

@@ -33,7 +33,7 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_cocos_tools_read_every_photograph_and_what_was_found(photographs: Path, tmp_path: Path) -> None:
-    out = tmp_path / "found.json"
+    out = tmp_path / "new" / "found.json"
     main(["detect", "detector-rgb", "--images", str(photographs), "--out", str(out), "--min-score", "0.0"])
     coco = COCO(str(out))
     sizes = {item["file_name"]: (item["width"], item["height"]) for item in coco.dataset["images"]}

@@ -38,10 +38,10 @@ def rows(path: Path) -> dict[str, list[dict[str, Any]]]:
 
 
 def test_a_recording_holds_every_image_with_its_boxes_and_points(root: Path, tmp_path: Path, capsys) -> None:
-    path = tmp_path / "d.rrd"
+    path = tmp_path / "new" / "d.rrd"
     assert main(["view", str(root), "--save", str(path)]) == 0
     assert f"output: {path}" in capsys.readouterr().out
-    assert [item.name for item in tmp_path.iterdir()] == ["d.rrd"]
+    assert [item.name for item in path.parent.iterdir()] == ["d.rrd"]
     found, observations = rows(path), [item for index in range(3) for item in observe(make_scene(index))]
     for name in ("", "/depth", "/masks", "/boxes"):
         assert len(found[IMAGE + name]) == len(observations) == 6
@@ -111,8 +111,9 @@ def test_what_cannot_be_shown_is_rejected(root: Path, tmp_path: Path, capsys, ar
 
 
 def test_a_place_that_cannot_be_written_is_named(root: Path, tmp_path: Path, capsys) -> None:
-    assert main(["view", str(root), "--save", str(tmp_path / "none" / "d.rrd")]) == 2
-    assert "d.rrd: cannot be written" in capsys.readouterr().err
+    (tmp_path / "file").write_text("in the way")
+    assert main(["view", str(root), "--save", str(tmp_path / "file" / "d.rrd")]) == 2
+    assert f"{tmp_path / 'file'}: cannot be written" in capsys.readouterr().err
 
 
 def test_what_breaks_off_leaves_no_file(tmp_path: Path) -> None:

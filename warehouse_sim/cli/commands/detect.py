@@ -12,6 +12,7 @@ from warehouse_sim.cli.checks import require_free
 from warehouse_sim.cli.console import finish, fraction_progress
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
+from warehouse_sim.output import make_folder
 
 _LEAST_SCORE = 0.05
 
@@ -90,6 +91,7 @@ def _photographs(detector: str, images: Path, out: Path, min_score: float) -> No
 
     with fraction_progress("detecting") as progress:
         found = find_in_photographs(detector, images, progress, min_score)
+    make_folder(out.parent)
     write_json(out, found)
     print(f"{len(found['annotations'])} found in {len(found['images'])} photographs")
     finish(out)

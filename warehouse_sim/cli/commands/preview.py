@@ -11,6 +11,7 @@ from warehouse_sim.cli.checks import require_free
 from warehouse_sim.cli.console import finish, require_ending, say
 from warehouse_sim.errors import InputError
 from warehouse_sim.optional import require_extra
+from warehouse_sim.output import make_folder
 
 if TYPE_CHECKING:
     from warehouse_sim.physics import CrushState, SettleConfig, SettleReport
@@ -118,6 +119,7 @@ def _check_scene(recipe: str, scene: int, seed: int, json: Path | None, difficul
         for line in (*_measured(settled, report, loaded.settle), *_crush_lines(crush)):
             print(f"attempt {attempt}: {line}")
         if json is not None:
+            make_folder(json.parent)
             write_json(json, {"attempt": attempt, "settled": asdict(report), "crush": crush.to_plain()})
         broken = [fault.text for fault in crush.faults] if loaded.scene.loads.stacking.crush_rule else []
         for line in (*report.problems, *broken):

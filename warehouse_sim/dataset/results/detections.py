@@ -98,6 +98,7 @@ def write_results(path: Path, found: Iterable[FoundObject], reader: DatasetReade
         if item.kind_likelihood:
             row["kind_likelihood"] = dict(item.kind_likelihood)
         rows.append(row)
+    make_folder(path.parent)
     write_json(path, rows)
 
 

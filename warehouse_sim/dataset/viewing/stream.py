@@ -18,7 +18,7 @@ from warehouse_sim.dataset.viewing.screen import require_screen
 from warehouse_sim.errors import InputError
 from warehouse_sim.geometry.pose import Transform, invert, quat_wxyz_from_matrix
 from warehouse_sim.optional import require
-from warehouse_sim.output import partial_file, writing
+from warehouse_sim.output import make_folder, partial_file, writing
 
 _RIG = "world/rig"
 _CAMERA = f"{_RIG}/camera"
@@ -218,6 +218,7 @@ def open_recording(name: str, save: Path | None, port: int = _PORT) -> Iterator[
             recording.flush()
             recording.disconnect()
         return
+    make_folder(save.parent)
     partial = partial_file(save)
     with writing(save):
         partial.touch()
