@@ -36,8 +36,8 @@ def load_estimator(
     Raises:
         UnknownNameError: None of these.
         TrainingError: The folder holds no complete run, or what is registered must be trained first.
-        InputError: The estimator has no stages that ``config`` could choose, or cannot reject; or a user's own one
-            cannot be opened.
+        InputError: The estimator has no stages that ``config`` could choose, cannot reject or be tracked; or a user's
+            own one cannot be opened.
     """
     if not isinstance(source, (str, Path)):
         return _own(own_estimator(source), config)
@@ -113,6 +113,11 @@ def _with_uncertainty(estimator: PoseEstimator, name: str, folder: Path, config:
         raise InputError(
             f"{name} cannot reject: no uncertainty was fitted for --selection {selection} --refine {refine}; "
             "leave --reject out, and --reject-blocked, or choose settings that uncertainty.yaml of its folder names"
+        )
+    if config.track and not isinstance(estimator, OwnEstimator):
+        raise InputError(
+            f"{name} cannot be tracked: its estimates have no covariance with these settings; leave --track out, or "
+            "take an estimator and settings that docs/tracking.md names"
         )
     return estimator
 

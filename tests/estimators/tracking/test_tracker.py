@@ -12,6 +12,7 @@ from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.errors import InputError
+from warehouse_sim.estimators.load import load_estimator
 from warehouse_sim.estimators.predict import predict
 from warehouse_sim.estimators.settings import PredictConfig
 from warehouse_sim.estimators.tracking import drives as module
@@ -213,8 +214,14 @@ def test_predict_tracks(drive: DatasetReader, tmp_path: Path) -> None:
     for item, single in zip(found, plain, strict=True):
         np.testing.assert_allclose(item.T_camera_object, single.T_camera_object, atol=1e-9)
         assert np.linalg.eigvalsh(item.covariance - single.covariance).min() > -1e-9
-    with pytest.raises(InputError, match="no estimate has a covariance"):
-        predict(made_run(tmp_path / "run"), drive.root, "test", config)
+    run = made_run(tmp_path / "run")
+    images: list[float] = []
+    for name in (run, "rectangle-fit", "densefusion"):
+        with pytest.raises(InputError, match=f"{name} cannot be tracked: its estimates have no covariance"):
+            predict(name, drive.root, "test", config, lambda fraction, _: images.append(fraction))
+    with pytest.raises(InputError, match="cannot be tracked"):
+        load_estimator("densefusion-depth", replace(config, uncertainty=False))
+    assert not images
 
 
 # The filter against closed forms: information-weighted means, common errors that stay, poses that turn.
