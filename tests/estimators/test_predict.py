@@ -4,11 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.dataset.toy import make_dataset, make_manifest
 from tests.estimators.pose.densefusion.made_run import made_run
 from warehouse_sim.dataset.reader import DatasetReader
-from warehouse_sim.errors import InputError, TrainingError, UnknownNameError
+from warehouse_sim.errors import DatasetError, InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.load import load_estimator
-from warehouse_sim.estimators.predict import predict
+from warehouse_sim.estimators.predict import detect, predict
 from warehouse_sim.estimators.registries import describe_model, trained_names
 from warehouse_sim.estimators.settings import PredictConfig
 
@@ -61,6 +62,22 @@ def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path
     (run / "objects.safetensors").unlink()
     with pytest.raises(TrainingError, match=r"has no objects\.safetensors, which ICP needs"):
         predict(run, toy_root, "test", PredictConfig(refine="icp"))
+
+
+def test_depth_that_a_dataset_lacks_is_named(tmp_path: Path) -> None:
+    root, nothing = (
+        make_dataset(tmp_path / "data", make_manifest(formats=("coco",))),
+        tmp_path / "found.json",
+    )
+    nothing.write_text("[]")
+    given = PredictConfig(detections=str(nothing))
+    for name, config in (("rectangle-fit", given), ("segment-rectangle-fit", PredictConfig())):
+        with pytest.raises(DatasetError, match="holds no depth images"):
+            predict(name, root, "train", config)
+    with pytest.raises(DatasetError, match="holds no depth images"):
+        detect("detector-depth", root, "train")
+    assert len(detect(str(nothing), root, "train")[1]) == len(DatasetReader(root).images("train"))
+    assert predict(lambda image: [], root, "train", given) == []
 
 
 @pytest.mark.parametrize(

@@ -150,6 +150,11 @@ class PoseEstimator(ABC):
         return True
 
     @property
+    def reads_depth(self) -> bool:
+        """Whether images need depth, or sweeps."""
+        return True
+
+    @property
     def reads_sweep(self) -> bool:
         """Whether it looks at sweeps as they are."""
         return False
@@ -195,6 +200,7 @@ class WrappedEstimator(PoseEstimator):
     learns_objects = _inners("learns_objects")
     objects = _inners("objects")
     reads_rgb = _inners("reads_rgb")
+    reads_depth = _inners("reads_depth")
     reads_sweep = _inners("reads_sweep")
     finds_objects = _inners("finds_objects")
     depth_source = _inners("depth_source")

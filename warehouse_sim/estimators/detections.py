@@ -117,6 +117,8 @@ class StoredDetections(Detector):
         DatasetError: The file is malformed, or was made for another dataset.
     """
 
+    reads_depth = False
+
     def __init__(self, path: Path, reader: DatasetReader) -> None:
         self._by_image: dict[tuple[int, int], list[Detection]] = {}
         parts = [_read(path, reader, split) for split in reader.splits]
@@ -190,19 +192,20 @@ class Finder:
         """Return an image with its detections; None where there are none, and the estimator finds none itself.
 
         Raises:
-            DatasetError: The LiDAR's depth is requested, and the dataset holds no sweep of the image.
+            DatasetError: The LiDAR's depth is requested, and the dataset holds no sweep of the image; or depth is
+                needed, and it holds none.
         """
+        if self._stages is None:
+            self._stages = self._opened(reader)
+        source = self._depth or estimator.depth_source or (self._stages[0].depth_source if self._stages else "camera")
         finds = self._is_auto and estimator.finds_objects
         if self._gt is None or finds:
-            given: RgbdImage | None = read_image(reader, image)
+            given: RgbdImage | None = read_image(reader, image, needs_depth([estimator, *self._stages], source))
         else:
             given = _with_gt(estimator, reader, image, self._gt == GT_BOXES)
         if given is None:
             return None
-        if self._stages is None:
-            self._stages = self._opened(reader)
         found = self._with_gravity(given)
-        source = self._depth or estimator.depth_source or (self._stages[0].depth_source if self._stages else "camera")
         started = time.perf_counter()
         found = with_depth_of(source, found, reader, image)
         if estimator.reads_sweep or any(stage.reads_sweep for stage in self._stages):
@@ -287,12 +290,30 @@ def _joined(stages: Sequence[FrontEnd]) -> list[FrontEnd]:
     return joined
 
 
-def read_image(reader: DatasetReader, image: ImageRecord) -> RgbdImage:
+def needs_depth(readers: Sequence[PoseEstimator | FrontEnd], source: DepthSource) -> bool:
+    """Return whether any of those who read an image needs the camera's depth.
+
+    Args:
+        readers: Estimators, detectors and segmenters.
+        source: Whose depth they see.
+    """
+    return source == "camera" and any(item.reads_depth and not item.reads_sweep for item in readers)
+
+
+def read_image(reader: DatasetReader, image: ImageRecord, depth: bool = False) -> RgbdImage:
     """Read an image without detections; where the dataset has no depth, nothing has a reading.
 
     Without colours there are none, and who needs them says so.
+
+    Args:
+        reader: The dataset.
+        image: Which image.
+        depth: Whether it is of no use without depth.
+
+    Raises:
+        DatasetError: It is, and the dataset has none.
     """
-    if reader.has_depth:
+    if depth or reader.has_depth:
         return RgbdImage.from_dataset(reader, image, (), rgb=not reader.leaves_out("rgb"))
     nothing = np.zeros((image.camera.height, image.camera.width), dtype=np.float32)
     return RgbdImage(image.camera, nothing, (), reader.rgb(image), image.scene_id, image.image_id)

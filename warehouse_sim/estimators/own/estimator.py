@@ -46,7 +46,7 @@ def _is_in(filename: str, folder: Path) -> bool:
     return filename.startswith("<frozen") or Path(filename).resolve().is_relative_to(folder.resolve())
 
 
-_OPTIONAL = ("reads_rgb", "reads_sweep", "finds_objects", "depth_source", "min_visible", "surfaces")
+_OPTIONAL = ("reads_rgb", "reads_depth", "reads_sweep", "finds_objects", "depth_source", "min_visible", "surfaces")
 """Attributes that an estimator may have; those of ``OwnEstimator`` hold where it has none."""
 _PACKAGE = __name__.partition(".")[0]
 
@@ -69,6 +69,7 @@ class OwnEstimator(PoseEstimator):
 
     learns_objects = True
     reads_rgb: bool = True
+    reads_depth: bool = False
     reads_sweep: bool = False
     finds_objects: bool = False
     depth_source: DepthSource | None = None

@@ -53,6 +53,7 @@ class ProgramEstimator(PoseEstimator):
     """
 
     learns_objects = True
+    reads_depth = False
 
     def __init__(self, command: str, timeout: float = 60.0) -> None:
         words = words_of(command)

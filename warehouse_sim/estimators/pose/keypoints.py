@@ -275,6 +275,11 @@ class KeypointEstimator(PoseEstimator):
         """Whether images need colour."""
         return self._network.reads_rgb
 
+    @property
+    def reads_depth(self) -> bool:
+        """Whether images need depth, which else is taken where it is there."""
+        return self._network.reads_depth
+
     def estimate(self, image: RgbdImage) -> list[PoseEstimate]:
         """Return a pose for each detection whose face shows four points at least.
 

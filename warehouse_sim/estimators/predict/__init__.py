@@ -15,6 +15,7 @@ from warehouse_sim.estimators.detections import (
     GT,
     Finder,
     found_object,
+    needs_depth,
     open_stages,
     read_image,
     with_depth_of,
@@ -193,7 +194,7 @@ def detect(
         raise DatasetError(f"{data}: the split {split!r} has no images; choose another with --split")
     found, seconds = list[FoundObject](), list[float]()
     for number, record in enumerate(images):
-        image = read_image(reader, record)
+        image = read_image(reader, record, needs_depth(stages, stages[0].depth_source))
         started = time.perf_counter()
         image = with_depth_of(stages[0].depth_source, image, reader, record)
         image = with_sweep(image, reader, record) if any(stage.reads_sweep for stage in stages) else image
