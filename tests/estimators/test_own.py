@@ -2,7 +2,8 @@
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +140,7 @@ def estimate(scene_id: int = 4, image_id: int = 7, T: Any = None) -> PoseEstimat
     ("returns", "words"),
     [
         (lambda image: None, "what it returns must be a list of PoseEstimate, found None"),
+        (lambda image: np.array(3), "what it returns must be a list of PoseEstimate, found array(3)"),
         (lambda image: [np.eye(4)], "estimate 0: must be a PoseEstimate"),
         (lambda image: [estimate(T=2 * np.eye(4))], "T_camera_object must be a rotation and a translation (m)"),
         (lambda image: [estimate(T=np.full((4, 4), np.nan))], "T_camera_object must be a rotation"),
@@ -159,6 +161,16 @@ def test_a_class_that_ends_the_program_is_named() -> None:
 
     with pytest.raises(EstimatorError, match="failed on scene 4, image 7: SystemExit: 0"):
         load_estimator(leave).estimate(image())
+
+
+def test_a_generator_is_an_estimator_and_what_it_raises_is_named() -> None:
+    def finds(image: RgbdImage) -> Iterator[PoseEstimate]:
+        yield estimate()
+        yield replace(estimate(), score=1 / (image.image_id - 8))
+
+    assert [item.score for item in load_estimator(finds).estimate(image())] == [1.0, -1.0]
+    with pytest.raises(EstimatorError, match="finds failed on scene 4, image 8: ZeroDivisionError"):
+        load_estimator(finds).estimate(image(image_id=8))
 
 
 def test_objects_of_users_are_checked() -> None:

@@ -36,7 +36,10 @@ def require_estimates(found: Any, where: str) -> list[PoseEstimate]:
     Raises:
         InputError: It is no list, or an estimate in it cannot be used.
     """
-    if not isinstance(found, Iterable) or isinstance(found, (str, bytes, dict)):
+    has_items = (
+        isinstance(found, Iterable) and getattr(found, "ndim", 1) != 0
+    )  # arrays and tensors of no axis have none
+    if not has_items or isinstance(found, (str, bytes, dict)):
         raise InputError(f"{where} must be a list of PoseEstimate, found {shown(found)}")
     estimates = list(found)
     for number, item in enumerate(estimates):

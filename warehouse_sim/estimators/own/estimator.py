@@ -116,6 +116,8 @@ class OwnEstimator(PoseEstimator):
         place = f"on scene {image.scene_id}, image {image.image_id}"
         with errors_of(self.__name__, place):
             found = self._estimate(image)
+            if isinstance(found, Iterator):  # a generator's code runs only now
+                found = list(found)
         where = f"estimator {self.__name__} {place}: what it returns"
         estimates = require_estimates(found, where)
         for number, item in enumerate(estimates):
