@@ -121,6 +121,18 @@ def test_a_truck_that_drives_on_collides_and_one_that_stands_times_out(env: gymn
     assert seen[7] == pytest.approx(90.0, abs=1e-3)
 
 
+def test_an_episode_that_has_ended_goes_on_after_a_reset_only() -> None:
+    with made().unwrapped as env:
+        with pytest.raises(InputError, match=r"no episode is going on; call reset\(\)"):
+            env.step(STOP.action)
+        env.reset(seed=1)
+        assert env.step(IN.action)[2]
+        with pytest.raises(InputError, match=r"no episode is going on; call reset\(\)"):
+            env.step(STOP.action)
+        env.reset()
+        assert not env.step(STOP.action)[2]
+
+
 def test_steps_with_poses_are_faster_than_twenty_a_second(env: gymnasium.Env[Any, Any]) -> None:
     list(episodes(env, PursuitAgent(), [0]))  # scenes are sampled once
     begun = time.process_time()
@@ -135,6 +147,9 @@ def test_actions_and_orders_say_the_same() -> None:
         assert getattr(again, name) == pytest.approx(getattr(order, name), abs=1e-6)
     assert again.goes_in
     assert Command.of(np.full(5, 7.0, np.float32)) == Command.of(np.ones(5, np.float32))
+    for wrong in (np.array([0.0, np.nan, 0.0, 0.0, 0.0]), np.zeros(4)):
+        with pytest.raises(InputError, match=r"an action is five numbers from -1 to 1, found \[0\.0, (nan|0\.0), "):
+            Command.of(wrong)
 
 
 def test_scores_are_fractions_with_intervals() -> None:

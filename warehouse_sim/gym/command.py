@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from warehouse_sim.benchmark.docking.closed_loop.settings import DRIVE
+from warehouse_sim.errors import InputError, shown
 from warehouse_sim.scene.viewpoints.mountings import FORKLIFT
 
 Action = Float32[np.ndarray, " 5"]
@@ -33,8 +34,15 @@ class Command:
 
     @classmethod
     def of(cls, action: Action) -> "Command":
-        """Return the order that an action stands for; what is beyond -1 to 1 counts as its end."""
-        speed, curvature, goes_in, way, up = np.clip(np.asarray(action, dtype=float), -1.0, 1.0).tolist()
+        """Return the order that an action stands for; what is beyond -1 to 1 counts as its end.
+
+        Raises:
+            InputError: It is not five numbers.
+        """
+        values = np.asarray(action, dtype=float)
+        if values.shape != (5,) or np.isnan(values).any():
+            raise InputError(f"an action is five numbers from -1 to 1, found {shown(values.tolist())}")
+        speed, curvature, goes_in, way, up = np.clip(values, -1.0, 1.0).tolist()
         return cls(
             max(speed, 0.0) * DRIVE.speed,
             curvature / FORKLIFT.min_radius,

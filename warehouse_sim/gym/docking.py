@@ -125,6 +125,7 @@ class Docking(gymnasium.Env[Observation, Action]):
         self._observer: Observer = self._camera if observes == "images" else PoseObserver()
         self.observation_space = self._observer.space
         self.action_space = spaces.Box(-1.0, 1.0, (5,), np.float32)
+        self._is_driving = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -144,12 +145,20 @@ class Docking(gymnasium.Env[Observation, Action]):
         sampled, start = self._scenes.start(self.np_random)
         self._truck = Truck(start, self.np_random)
         self._camera.begin(sampled, start, int(self.np_random.integers(2**31)))
+        self._is_driving = True
         return self._observer.observation(self._truck), self._truck.known(self._scenes.camera)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for 0.1 s, or go in, which ends the episode."""
+        """Drive for 0.1 s, or go in, which ends the episode.
+
+        Raises:
+            InputError: The episode has ended or not begun, or the action is not five numbers.
+        """
+        if not self._is_driving:
+            raise InputError("Docking: no episode is going on; call reset() before step()")
         before = self._away()
         outcome = self._truck.obey(Command.of(action))
+        self._is_driving = not outcome
         reward = _NEARER * (before - self._away()) + (outcome == DOCKED) - (outcome in _CONTACT)
         info = {"outcome": outcome} if outcome else {}
         return self._observer.observation(self._truck), float(reward), bool(outcome), False, info
