@@ -10,6 +10,7 @@ import pytest
 from tests.dataset.toy import make_dataset
 from warehouse_sim.cli.commands import COMMANDS, GROUPS
 from warehouse_sim.cli.main import main
+from warehouse_sim.resources import model_names
 
 
 def run(capsys, *arguments: str) -> tuple[int, str, str]:
@@ -59,6 +60,14 @@ def test_list_gives_json(capsys) -> None:
 def test_list_says_how_well_bundled_weights_do(capsys) -> None:
     _, out, _ = run(capsys, "list", "estimators")
     assert re.search(r"^densefusion-depth +bundled: .*docked \d\d\.\d %", out, re.MULTILINE)
+
+
+def test_list_names_all_bundled_weights(capsys) -> None:
+    names = json.loads(run(capsys, "list", "--json")[1])
+    assert {*model_names()} <= {*names["estimators"], *names["detectors"], *names["segmenters"]}
+    assert "densefusion-depth-warehouses" in names["estimators"]
+    _, out, _ = run(capsys, "list", "detectors")
+    assert re.search(r"^detector-rgb-warehouses +bundled: .*AP50 ", out, re.MULTILINE)
 
 
 def test_a_number_of_thousands_of_digits_gets_one_line(capsys) -> None:

@@ -100,6 +100,16 @@ def _bundled(name: str, _: Any) -> str:
     return f"bundled: {describe_model(model_dir(name))}" if name in model_names() else ""
 
 
+def _with_bundled(names: Iterable[str]) -> list[str]:
+    """Return names of methods with those of other bundled weights of theirs, which begin with the method's name."""
+    from warehouse_sim.resources import model_names
+
+    methods = {*names}
+    return sorted(
+        methods | {model for model in model_names() if model.startswith(tuple(f"{name}-" for name in methods))}
+    )
+
+
 def _nothing(name: str, item: Any) -> str:
     return ""
 
@@ -132,8 +142,8 @@ KINDS: dict[str, tuple[str, Describe]] = {
     "materials": ("warehouse_sim.catalog.materials:materials", _nothing),
     "objects": ("warehouse_sim.catalog:CATALOG", _nothing),
     "estimators": ("warehouse_sim.estimators.registries:ESTIMATORS", _bundled),
-    "detectors": ("warehouse_sim.estimators.registries:DETECTORS", _nothing),
-    "segmenters": ("warehouse_sim.estimators.registries:SEGMENTERS", _nothing),
+    "detectors": ("warehouse_sim.estimators.registries:DETECTORS", _bundled),
+    "segmenters": ("warehouse_sim.estimators.registries:SEGMENTERS", _bundled),
     "formats": ("warehouse_sim.dataset.formats:FORMATS", _nothing),
     "backends": ("warehouse_sim.render:BACKENDS", _nothing),
     "suites": ("warehouse_sim.resources:suite_names", _shipped("benchmarks/suites", "question")),
@@ -155,6 +165,8 @@ def names_of(kind: str) -> Mapping[str, str]:
     module, _, name = place.partition(":")
     held = getattr(import_module(module), name)
     held = held.names() if isinstance(held, Registry) else held() if callable(held) else held
+    if describe is _bundled:
+        held = _with_bundled(held)
     items = held if isinstance(held, Mapping) else dict.fromkeys(held)
     found = {name: describe(name, items[name]) for name in (sorted(items) if kind == "materials" else items)}
     return _FIRST.get(kind, {}) | found | _LAST.get(kind, {})
