@@ -3,6 +3,7 @@
 Nothing here needs a network library, a renderer or a simulator.
 """
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ from warehouse_sim.evaluation.scores import (
 from warehouse_sim.evaluation.summary import docking_failures, docking_left_out, summarise, summarise_groups
 from warehouse_sim.evaluation.trust import trust_of
 from warehouse_sim.schema import PoseEstimate
+
+log = logging.getLogger(__name__)
 
 __all__ = ["Scores", "evaluate", "read_scores", "write_scores"]
 
@@ -68,6 +71,8 @@ def evaluate(
             "choose another, or all of them (--split all, split='all')"
         )
     given.check(images, split, reader)
+    if given.is_file and not estimates and not given.rejected:
+        log.warning("%s: holds no estimate; every object counts as missed", given.name)
     if vsd and not (reader.has_depth and all(info.has_cad for info in reader.objects.values())):
         raise EvaluationError(f"{reader.root}: VSD needs depth images and CAD surfaces; leave --vsd out")
     table = measure(estimates, images, reader.objects, _illuminance(reader, images), Standings.of(reader, images))
