@@ -93,6 +93,7 @@ def test_missing_estimates_count_in_every_denominator(data, score):
 def test_no_estimate_at_all_scores_zero_with_a_warning(score, caplog):
     got = score([])
     assert "method_made-test.csv: holds no estimate; every object counts as missed" in caplog.text
+    assert "no median: half or more are missed" in "\n".join(got.summary())
     assert got.overall.metrics["add_10pct"] == 0.0
     assert got.overall.metrics["median_add"] == math.inf
     assert got.seconds_per_image is None

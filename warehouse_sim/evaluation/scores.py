@@ -1,6 +1,7 @@
 """What an estimator is worth on one split of one dataset, and the folder that keeps it."""
 
 from dataclasses import asdict, dataclass, field, fields
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -125,13 +126,15 @@ class Scores(ScoresFile):
     def summary(self) -> list[str]:
         """Return the lines that a person wants to read first."""
         metrics, counts = self.overall.metrics, self.counts
+        middle = metrics["median_add"]
+        median = f"median {100 * middle:.2f} cm" if isfinite(middle) else "no median: half or more are missed"
         accuracy = [f"{100 * metrics[f'add_{k}pct']:.1f} % under {k} % d" for k in DIAMETER_PERCENT]
         words = ", ".join(f"{key}: {self.dataset[key]}" for key in reversed(WITHOUT_CAD) if key in self.dataset)
         docking = [f"{100 * metrics[f'dock_{k}mm']:.1f} % with {k} mm" for k in DOCKING_MARGIN_MM]
         lines = [
             f"{self.method} on {self.dataset['recipe']} {self.dataset['split']}: "
             f"{counts['found']} of {counts['ground_truths']} objects found in {counts['images']} images",
-            f"ADD:     {', '.join(accuracy)}, median {100 * metrics['median_add']:.2f} cm",
+            f"ADD:     {', '.join(accuracy)}, {median}",
             f"5cm5deg: {100 * metrics['pose_5cm_5deg']:.1f} %",
         ]
         lines += [words] if words else []
