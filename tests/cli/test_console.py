@@ -24,3 +24,8 @@ def test_rate_and_time_left_are_those_of_this_run(monkeypatch, capsys) -> None:
         "scenes: 56%, 108 s, 56/100, 20 a minute, 2 min left",
         "scenes: 100%, 400 s, 100/100, 12 a minute",
     ]
+
+
+def test_a_high_rate_has_no_exponent(monkeypatch, capsys) -> None:
+    lines = said([(0.0, 0), (3.0, 60)], 60, monkeypatch, capsys)
+    assert lines[-1] == "scenes: 100%, 3 s, 60/60, 1,200 a minute"

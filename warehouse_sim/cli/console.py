@@ -83,7 +83,8 @@ class _Pace:
         if made <= 0 or seconds <= 0:
             return counted
         left = "" if done >= total else f", {_duration((total - done) * seconds / made)} left"
-        return f"{counted}, {60 * made / seconds:.3g} a minute{left}"
+        rate = 60 * made / seconds
+        return f"{counted}, {rate:{',.0f' if rate >= 100 else '.3g'}} a minute{left}"
 
 
 def _duration(seconds: float) -> str:
