@@ -119,6 +119,10 @@ def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys,
     code, out, _ = run(capsys, "validate", str(root))
     assert code == 1
     assert "that gives\n        the same bytes: report the lines above" in out
+    (root / "bop/train/000000/scene_gt.json").write_text("{")
+    _, out, _ = run(capsys, "validate", str(root))
+    assert "scene_gt.json: is not valid JSON" in out
+    assert "run 'warehouse-sim validate'" not in out
 
 
 def test_validate_says_that_a_folder_is_a_part_of_a_dataset(capsys, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import tyro
 
 from warehouse_sim.cli.console import count_progress, finish, fraction_progress, require_ending, say
 from warehouse_sim.dataset.checks.findings import Check
+from warehouse_sim.dataset.files.extent import ADVICE
 from warehouse_sim.errors import DatasetError, InputError
 from warehouse_sim.optional import require_extra
 from warehouse_sim.output import make_folder, write_bytes
@@ -172,7 +173,7 @@ def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) ->
     with fraction_progress("validate") as progress:
         checks = run(data, progress)
     for check in checks:
-        print(f"{word(check)}  {check.name}: {check.detail}")
+        print(_line(check))
     requested = [check for check in checks if check.checked]
     failed = sum(not check.ok for check in requested)
     print(f"{len(requested) - failed} of {len(requested)} checks hold")
@@ -188,9 +189,10 @@ def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) ->
     return 0
 
 
-def word(check: Check) -> str:
-    """Return how a line begins."""
-    return ("ok  " if check.ok else "FAIL") if check.checked else "--  "
+def _line(check: Check) -> str:
+    """Return what is said of a check, without the advice to do what was just done."""
+    word = ("ok  " if check.ok else "FAIL") if check.checked else "--  "
+    return f"{word}  {check.name}: {check.detail.replace(f'; {ADVICE}', '')}"
 
 
 def _regenerate(data: Path, samples: int) -> int:
@@ -203,7 +205,7 @@ def _regenerate(data: Path, samples: int) -> int:
     with count_progress("scenes") as progress:
         checks = run(data, samples, progress)
     for check in checks:
-        print(f"{word(check)}  {check.name}: {check.detail}")
+        print(_line(check))
     if not all(check.ok for check in checks):
         print(f"output: {data} is not the dataset that its recipe and seed make")
         return 1

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from warehouse_sim.errors import DatasetError
 
+ADVICE = "run 'warehouse-sim validate' on the dataset"
+"""Ends messages on files that cannot be read."""
+
 
 @dataclass(frozen=True)
 class Extent:
@@ -60,6 +63,4 @@ def _read(path: Path, offset: int, size: int) -> bytes:
             file.seek(offset)
             return file.read(size)
     except OSError as problem:
-        raise DatasetError(
-            f"{path}: cannot be read ({problem.strerror}); run 'warehouse-sim validate' on the dataset"
-        ) from problem
+        raise DatasetError(f"{path}: cannot be read ({problem.strerror}); {ADVICE}") from problem

@@ -10,13 +10,12 @@ import re
 from pathlib import Path
 from typing import Any
 
-from warehouse_sim.dataset.files.extent import Source, read_bytes, where_of
+from warehouse_sim.dataset.files.extent import ADVICE, Source, read_bytes, where_of
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.output import write_bytes
 
 _DEEPEST = 64
 _LARGEST_WHOLE = 2**63 - 1
-_ADVICE = "run 'warehouse-sim validate' on the dataset"
 _TABLE_KEY = re.compile("0|[1-9][0-9]{0,8}")
 _FAR = re.compile("[eE][+]?[0-9]{3}|[0-9]{19}")
 """What a number beyond 64 bits has at least: an exponent of three digits, or nineteen digits in a row."""
@@ -46,17 +45,17 @@ def read_json(source: Source) -> Any:
     try:
         text = read_bytes(source).decode("utf-8")
     except UnicodeDecodeError as problem:
-        raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
+        raise DatasetError(f"{where}: is not valid JSON ({problem}); {ADVICE}") from problem
     # To look at each number takes longer than all the rest: only where one may be too large.
     checks: dict[str, Any] = {"parse_float": _float, "parse_int": _whole} if _FAR.search(text) else {}
     try:
         data = json.loads(text, parse_constant=_reject, object_pairs_hook=_mapping, **checks)
     except ValueError as problem:
-        raise DatasetError(f"{where}: is not valid JSON ({problem}); {_ADVICE}") from problem
+        raise DatasetError(f"{where}: is not valid JSON ({problem}); {ADVICE}") from problem
     except RecursionError as problem:
-        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {_ADVICE}") from problem
+        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {ADVICE}") from problem
     if not _ends_within(data, _DEEPEST):
-        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {_ADVICE}")
+        raise DatasetError(f"{where}: nests more than {_DEEPEST} levels deep; {ADVICE}")
     return data
 
 
