@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.toy import make_dataset
+from tests.dataset.toy import make_dataset, make_manifest
 from warehouse_sim.cli.commands import COMMANDS, GROUPS
 from warehouse_sim.cli.main import main
 from warehouse_sim.resources import model_names
@@ -123,6 +123,27 @@ def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys,
     _, out, _ = run(capsys, "validate", str(root))
     assert "scene_gt.json: is not valid JSON" in out
     assert "run 'warehouse-sim validate'" not in out
+
+
+@pytest.mark.parametrize(
+    ("scenes", "formats", "next_command"),
+    [
+        (3, ("kitti", "bop"), "train densefusion-pointcloud --data {root} --out {root}-run"),
+        (1, ("bop",), "view {root} --summary"),
+        (3, ("coco",), "view {root} --summary"),
+        (3, ("yolo",), None),
+    ],
+)
+def test_validate_names_a_command_that_works(
+    capsys, tmp_path: Path, scenes: int, formats: tuple[str, ...], next_command: str | None
+) -> None:
+    root = make_dataset(tmp_path / "data", make_manifest(scenes, formats))
+    code, out, _ = run(capsys, "validate", str(root))
+    assert code == 0
+    said = [line.removeprefix("next:   warehouse-sim ") for line in out.splitlines() if line.startswith("next:")]
+    assert said == ([] if next_command is None else [next_command.format(root=root)])
+    if said and said[0].startswith("view"):
+        assert run(capsys, *said[0].split())[0] == 0
 
 
 def test_validate_says_that_a_folder_is_a_part_of_a_dataset(capsys, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from tests.dataset.toy import make_dataset, make_manifest
 from tests.estimators.pose.densefusion.made_run import made_run
+from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.errors import DatasetError, InputError, TrainingError, UnknownNameError
 from warehouse_sim.estimators.load import load_estimator
@@ -64,7 +65,7 @@ def test_unknown_objects_and_empty_runs_are_named(toy_root: Path, tmp_path: Path
         predict(run, toy_root, "test", PredictConfig(refine="icp"))
 
 
-def test_depth_that_a_dataset_lacks_is_named(tmp_path: Path) -> None:
+def test_depth_that_a_dataset_lacks_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     root, nothing = (
         make_dataset(tmp_path / "data", make_manifest(formats=("coco",))),
         tmp_path / "found.json",
@@ -78,6 +79,9 @@ def test_depth_that_a_dataset_lacks_is_named(tmp_path: Path) -> None:
         detect("detector-depth", root, "train")
     assert len(detect(str(nothing), root, "train")[1]) == len(DatasetReader(root).images("train"))
     assert predict(lambda image: [], root, "train", given) == []
+    out = tmp_path / "again.json"
+    assert main(["detect", str(nothing), "--data", str(root), "--split", "train", "--out", str(out)]) == 0
+    assert f"next:   warehouse-sim view {root} --summary" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,9 @@ def detect(
         table.add_row(row.class_name, str(row.wanted), *cells)
     Console(highlight=False, width=140).print(table)
     print(f"{len(found)} found in {len(seconds)} images, {1000 * float(np.median(seconds)):.0f} ms an image (median)")
+    if not reader.has_depth:
+        finish(out, "view", data, "--summary")
+        return
     poses = "--split", split, "--out", out.with_suffix(".csv"), "--detections", out
     finish(out, "predict", "densefusion-depth", "--data", data, *poses)
 

@@ -185,8 +185,29 @@ def validate(data: tyro.conf.Positional[Path], regenerate: int | None = None) ->
     if around is not None:
         finish(data, "validate", around)
         return 0
-    finish(data, "train", "densefusion-pointcloud", "--data", data, "--out", f"{data}-run")
+    finish(data, *_after_validate(data))
     return 0
+
+
+def _after_validate(data: Path) -> tuple[str | Path, ...]:
+    """Return the command that comes next: train where that works, else view; none where nothing reads it."""
+    from warehouse_sim.dataset.reader import DatasetReader
+    from warehouse_sim.estimators.api import LeastVisible
+
+    try:
+        reader = DatasetReader(data)
+    except DatasetError:  # clouds, streams and label files alone
+        return ()
+    takes = LeastVisible().takes
+    seen = [
+        {item.obj_id for image in reader.images(split) for item in image.targets if item.has_pose and takes(item)}
+        for split in ("train", "val")
+        if split in reader.splits
+    ]
+    shows = len(seen) == 2 and bool(seen[1]) and seen[1] <= seen[0]  # all objects of val occur in train
+    if shows and reader.has_depth and not reader.leaves_out("masks"):
+        return "train", "densefusion-pointcloud", "--data", data, "--out", f"{data}-run"
+    return "view", data, "--summary"
 
 
 def _line(check: Check) -> str:
