@@ -1,6 +1,7 @@
 """Photographs: what COCO's own tools read of the file, and what is said of photographs that are none."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,6 +67,15 @@ def test_what_is_no_photograph_is_named(photographs: Path, tmp_path: Path) -> No
     with pytest.raises(InputError, match=r"cut.jpg: is no image that can be read"):
         find_in_photographs("detector-rgb", tmp_path)
     assert json.dumps(find_in_photographs("detector-rgb", photographs))
+
+
+def test_a_broken_photograph_is_named_before_any_is_looked_at(photographs: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(photographs, tmp_path / "photographs")
+    (folder / "cut.jpg").write_bytes((photographs / "a.jpg").read_bytes()[:200])
+    done = list[float]()
+    with pytest.raises(InputError, match=r"cut.jpg: is no image that can be read, or is cut off; take it out"):
+        find_in_photographs("detector-rgb", folder, lambda fraction, _: done.append(fraction))
+    assert not done
 
 
 def test_prediction_leaves_a_picture_of_each_image(toy_root: Path, tmp_path: Path) -> None:

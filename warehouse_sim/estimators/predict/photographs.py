@@ -49,6 +49,8 @@ def find_in_photographs(
     paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _SUFFIXES and path.is_file())
     if not paths:
         raise InputError(f"{folder}: holds no photograph ({', '.join(_SUFFIXES)})")
+    for path in paths:  # a broken one is found before any is looked at, which takes longer
+        _read(path)
     images, finds = list[dict[str, Any]](), list[tuple[int, RgbdImage, Detection]]()
     for number, path in enumerate(paths, start=1):
         rgb = _read(path)
