@@ -125,7 +125,7 @@ def test_resuming_another_dataset_is_rejected(toy_copy: Path, change: dict, key:
     if not complete:
         (toy_copy / "manifest.json").rename(toy_copy / "manifest.unfinished.json")
     before = hashes(toy_copy)
-    with pytest.raises(DatasetError, match=f"begun with another {key}; resume it with the same settings"):
+    with pytest.raises(DatasetError, match=f"begun with a different value of {key}; resume it with the same settings"):
         DatasetStore(toy_copy, replace(make_manifest(), **change)).begin([PALLET], CAMERA, resume=True)
     assert hashes(toy_copy) == before
 

@@ -63,7 +63,7 @@ def test_a_killed_run_is_resumed_to_the_bytes_of_one_in_one_go(
 
     # Other paths would give one dataset of two kinds of images.
     assert main([*command(recipe, root, "--resume"), "--backend-options", "seed=1"]) == 2
-    assert "begun with another backend_options" in capsys.readouterr().err
+    assert "begun with a different value of backend_options" in capsys.readouterr().err
 
     assert main(command(recipe, root, "--resume")) == 0
     assert {path: path.stat().st_mtime_ns for path in before} == before

@@ -311,6 +311,6 @@ class DatasetStore:
         key = next((name for name in names if getattr(stored, name) != getattr(now, name)), None)
         if key is not None:
             raise DatasetError(
-                f"{path}: the dataset was begun with another {key}; resume it with the same settings and "
-                "package versions, or choose another folder"
+                f"{path}: the dataset was begun with a different value of {key}; resume it with the same "
+                "settings and package versions, or choose another folder"
             )

@@ -75,7 +75,7 @@ def test_missing_repeated_and_other_shards_are_named(shards: list[Path], tmp_pat
     for parts, words in (
         ([shards[0]], "shards 1/2 are missing"),
         ([shards[0], paired_variant], "paired_variant: is shard 0/2, and so is .*; name each shard once"),
-        ([shards[0], other], "seed: was made with another seed than"),
+        ([shards[0], other], "seed: was made with a different value of seed than"),
         ([shards[0], third], "third: is shard 1/3, .* is shard 0/2"),
         ([shards[0], toy_root], r"is no shard, it has no shard\.json"),
         ([shards[0], tmp_path / "nothing"], r"is no shard"),

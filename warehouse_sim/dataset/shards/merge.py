@@ -120,7 +120,7 @@ def _require_same(one: Manifest, other: Manifest, where_one: Path, where: Path) 
     different = [key for key in now if before[key] != now[key]]
     if different:
         raise DatasetError(
-            f"{where}: was made with another {different[0]} than {where_one}; "
+            f"{where}: was made with a different value of {different[0]} than {where_one}; "
             "merge shards of one recipe, seed, number of scenes, formats and versions"
         )
 
