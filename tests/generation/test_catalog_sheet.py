@@ -18,7 +18,11 @@ def test_the_sheet_holds_one_cell_an_object_in_the_order_requested_for(tmp_path:
     render_catalog_sheet(tmp_path / "new" / "sheet.png", names, columns=3)
     sheet = cv2.imread(str(tmp_path / "new" / "sheet.png"))
     assert sheet.shape == (2 * (HEIGHT + CAPTION), 3 * WIDTH, 3)
-    render_catalog_sheet(tmp_path / "other.png", [names[3], names[1]], columns=3)
+    done: list[tuple[int, int]] = []
+    render_catalog_sheet(
+        tmp_path / "other.png", [names[3], names[1]], columns=3, progress=lambda *counts: done.append(counts)
+    )
+    assert done == [(1, 2), (2, 2)]
     other = cv2.imread(str(tmp_path / "other.png"))
     assert other.shape == (HEIGHT + CAPTION, 2 * WIDTH, 3)
     assert np.array_equal(other[:, WIDTH:], sheet[: HEIGHT + CAPTION, WIDTH : 2 * WIDTH])

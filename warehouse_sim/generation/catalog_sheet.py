@@ -1,6 +1,6 @@
 """One image of the whole catalog: each object alone on a floor, with its name and outer size."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
@@ -31,13 +31,19 @@ _ILLUMINANCE = 500.0
 """What the main light gives at the object (lx)."""
 
 
-def render_catalog_sheet(out: Path, names: Sequence[str] | None = None, columns: int = COLUMNS) -> None:
+def render_catalog_sheet(
+    out: Path,
+    names: Sequence[str] | None = None,
+    columns: int = COLUMNS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
     """Draw catalog objects side by side and write the sheet as PNG.
 
     Args:
         out: PNG file.
         names: Catalog objects; all, in order of their numbers, by default.
         columns: Thumbnails in a row, >= 1.
+        progress: Called with how many are rendered, and how many there are.
 
     Raises:
         UnknownNameError: A name is not in the catalog.
@@ -45,8 +51,11 @@ def render_catalog_sheet(out: Path, names: Sequence[str] | None = None, columns:
     models = [catalog_object(name) for name in (catalog_names() if names is None else names)]
     if names is None:
         models.sort(key=lambda model: (model.obj_id, model.name))
+    cells = list[Image]()
     with open_renderer("raster") as renderer:
-        cells = [captioned(render_thumbnail(renderer, model), model) for model in models]
+        for model in models:
+            cells.append(captioned(render_thumbnail(renderer, model), model))
+            progress(len(cells), len(models))
     make_folder(out.parent)
     write_bytes(out, encode_rgb(_grid(cells, columns)))
 

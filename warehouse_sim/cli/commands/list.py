@@ -14,7 +14,7 @@ import tyro
 import yaml
 
 from warehouse_sim.cli.checks import require_free
-from warehouse_sim.cli.console import finish, require_ending
+from warehouse_sim.cli.console import count_progress, finish, require_ending
 from warehouse_sim.errors import InputError, UnknownNameError
 from warehouse_sim.optional import require_extra
 from warehouse_sim.registry import Registry
@@ -70,7 +70,8 @@ def _draw(sheet: Path, objects: tuple[str, ...]) -> None:
     require_extra("generate", "to draw objects")
     from warehouse_sim.generation.catalog_sheet import render_catalog_sheet
 
-    render_catalog_sheet(sheet, objects or None)
+    with count_progress("objects") as progress:
+        render_catalog_sheet(sheet, objects or None, progress=progress)
     finish(sheet, "preview", "demo")
 
 
