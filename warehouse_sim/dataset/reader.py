@@ -18,6 +18,7 @@ from warehouse_sim.dataset.layout import DatasetLayout
 from warehouse_sim.dataset.manifest import Manifest, read_manifest, require_no_part
 from warehouse_sim.dataset.objects import ObjectInfo
 from warehouse_sim.dataset.records import ImageRecord, TargetRecord
+from warehouse_sim.dataset.split import parts_of
 from warehouse_sim.dataset.stored.readings import read_reading
 from warehouse_sim.dataset.stored.scene_record import read_scene_record
 from warehouse_sim.errors import DatasetError
@@ -100,9 +101,8 @@ class DatasetReader:
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The splits without KITTI's "trainval" where train and val are there, which it is the union of."""
-        union = {"train", "val", "trainval"} <= self.splits.keys()
-        return tuple(name for name in self.splits if not (union and name == "trainval"))
+        """The splits, each image in one of them: see ``parts_of``."""
+        return parts_of(self.splits)
 
     @property
     def has_clean(self) -> bool:

@@ -1,6 +1,6 @@
 """Train, validation and test are split by scene, never by image; on request so that they are alike."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -27,6 +27,12 @@ def require_split(root: Path, name: str, known: Iterable[str]) -> None:
     if name not in there:
         hint = suggestion(name, there)
         raise DatasetError(f"{root}: there is no split {shown(name)}{hint}; known: {', '.join(there)}")
+
+
+def parts_of(splits: Collection[str]) -> tuple[str, ...]:
+    """Return the splits without KITTI's "trainval" where train and val are there, which it is the union of."""
+    union = {"train", "val", "trainval"} <= set(splits)
+    return tuple(name for name in splits if not (union and name == "trainval"))
 
 
 @dataclass(frozen=True)

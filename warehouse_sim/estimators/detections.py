@@ -121,7 +121,7 @@ class StoredDetections(Detector):
 
     def __init__(self, path: Path, reader: DatasetReader) -> None:
         self._by_image: dict[tuple[int, int], list[Detection]] = {}
-        parts = [_read(path, reader, split) for split in reader.splits]
+        parts = [_read(path, reader, split) for split in reader.parts]
         for item in (item for part in parts for item in part):
             self._by_image.setdefault((item.scene_id, item.image_id), []).append(detection(item))
 

@@ -104,7 +104,7 @@ def _identity(reader: DatasetReader, split: str) -> dict[str, Any]:
     return {
         "recipe": reader.name,
         "seed": None if manifest is None else manifest.seed,
-        "scenes": sum(map(len, reader.splits.values())),
+        "scenes": sum(len(reader.splits[name]) for name in reader.parts),
         "observations_per_scene": None if manifest is None else manifest.observations_per_scene,
         "split": split,
         "manifest_sha256": reader.digest,

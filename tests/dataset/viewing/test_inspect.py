@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 from tests.dataset.toy import make_scene, observe
+from tests.pages import Page
+from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.card.tally import bin_names, text_bars
+from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.validate import validate
 from warehouse_sim.dataset.viewing.panels import Captions
 from warehouse_sim.dataset.viewing.report import inspect
 from warehouse_sim.errors import DatasetError
@@ -49,6 +53,20 @@ def test_counts_are_those_of_the_scenes(toy_root: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out/survey.txt").read_text() == text + "\n"
     # Two rows an image of panels twice as large as the image.
     assert cv2.imread(str(found.sheet)).shape == (4 * 2 * (192 + 4), 2 * (320 + 4), 3)
+
+
+def test_each_frame_of_kitti_counts_once(toy_root: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "theirs"
+    shutil.copytree(toy_root / "kitti", folder)
+    reader = DatasetReader(folder)
+    assert "trainval" in reader.splits
+    labels = sum(len(image.targets) for image in reader.images("all"))
+    found = inspect(folder, tmp_path / "out")
+    assert f"6 images, {labels} labels of 1 classes" in found.lines
+    assert not any("trainval" in line for line in found.lines)
+    assert main(["view", str(folder), "--html", str(tmp_path / "d.html")]) == 0
+    assert len(Page((tmp_path / "d.html").read_text()).frames) == 6
+    assert any(check.detail == f"{labels} labels of 6 images" for check in validate(folder))
 
 
 def test_boxes_and_masks_lie_on_the_objects(toy_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

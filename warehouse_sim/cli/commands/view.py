@@ -93,7 +93,7 @@ def _opened(data: Path, split: str | None) -> tuple["DatasetReader", list["Image
     from warehouse_sim.dataset.reader import DatasetReader
 
     reader = DatasetReader(data)
-    splits = [name for name in reader.splits if reader.splits[name]] if split in (None, "all") else [str(split)]
+    splits = [name for name in reader.parts if reader.splits[name]] if split in (None, "all") else [str(split)]
     return reader, [image for name in splits for image in reader.images(name)]
 
 

@@ -18,7 +18,7 @@ from warehouse_sim.dataset.manifest import Manifest
 from warehouse_sim.dataset.objects import ObjectInfo, read_objects
 from warehouse_sim.dataset.reader import open_format
 from warehouse_sim.dataset.records import ImageRecord
-from warehouse_sim.dataset.split import SPLITS, Split
+from warehouse_sim.dataset.split import SPLITS, Split, parts_of
 from warehouse_sim.dataset.stored.scene_record import SceneRecord, read_scene_record
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.pose import Transform
@@ -191,12 +191,12 @@ class ThirdPartySubject(Examined):
 
     @cached_property
     def images(self) -> list[ImageRecord]:
-        """Every image of every split.
+        """Every image of every split, once.
 
         Raises:
             DatasetError: A table is missing or malformed.
         """
-        return [image for split in self.reader.splits for image in self.reader.images(split)]
+        return [image for split in parts_of(self.reader.splits) for image in self.reader.images(split)]
 
     def where(self, image: ImageRecord) -> str:
         """Name an image."""

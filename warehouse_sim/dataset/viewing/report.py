@@ -186,5 +186,5 @@ def inspect(data: Path, out: Path, count: int = 6, split: str | None = None) -> 
 
 
 def _all_images(reader: DatasetReader) -> Iterator[ImageRecord]:
-    for split in reader.splits:
+    for split in reader.parts:
         yield from reader.images(split)

@@ -150,7 +150,7 @@ class Survey:
 def survey(reader: DatasetReader, oddities: Oddities) -> Survey:
     """Count all labels of a dataset, and note what is odd about them; no image is decoded."""
     found = Survey()
-    for split in reader.splits:
+    for split in reader.parts:
         images = reader.images(split)
         found.images[split], found.scenes[split] = len(images), len({image.scene_id for image in images})
         for image in images:

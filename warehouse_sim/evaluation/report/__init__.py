@@ -76,7 +76,7 @@ def _shown(sources: Sources, named: Sequence[tuple[EvaluationSource, str]]) -> l
     shown = []
     for data in sources.datasets.values():
         mine = [(source, label) for source, label in named if source.data is data]
-        splits = dict.fromkeys(source.scores.dataset["split"] for source, _ in mine) or data.splits
+        splits = dict.fromkeys(source.scores.dataset["split"] for source, _ in mine) or data.parts
         images = {(item.split, item.scene_id, item.image_id): item for name in splits for item in data.images(name)}
         answers = {label: answers_of(source.scores) for source, label in mine}
         shown.append(Shown(data, list(images.values()), answers))
@@ -97,11 +97,11 @@ def _comparison(named: Sequence[tuple[EvaluationSource, str]]) -> list[tuple[str
 
 def dataset_section(data: DatasetReader) -> dict[str, Any]:
     """Describe a dataset."""
-    images = [image for split in data.splits for image in data.images(split)]
+    images = [image for split in data.parts for image in data.images(split)]
     manifest, targets = data.manifest, [target for image in images for target in image.targets]
     per_split = {
         split: f"{counted(len(data.splits[split]), 'scene')}, {counted(len(data.images(split)), 'image')}"
-        for split in data.splits
+        for split in data.parts
     }
     facts = {
         **({} if manifest is None else {"Recipe": data.name, "Seed": manifest.seed}),
