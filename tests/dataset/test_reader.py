@@ -49,9 +49,9 @@ def test_unknown_split_lists_the_known_ones(toy_root: Path) -> None:
         DatasetReader(toy_root).images("eval")
 
 
-def test_dataset_without_bop_is_rejected(toy_copy: Path) -> None:
+def test_a_dataset_without_a_readable_format_is_rejected(toy_copy: Path) -> None:
     data = json.loads((toy_copy / "manifest.json").read_text())
-    (toy_copy / "manifest.json").write_text(json.dumps(data | {"formats": ["kitti"]}))
+    (toy_copy / "manifest.json").write_text(json.dumps(data | {"formats": ["ply"]}))
     with pytest.raises(
         DatasetError, match=r"training and scoring read; .* --formats: bop, bop_compact, bop_webdataset, linemod$"
     ):

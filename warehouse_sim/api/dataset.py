@@ -13,9 +13,8 @@ from warehouse_sim.api.arguments import checked
 from warehouse_sim.api.estimates import chosen_split, estimates_of, method_name, scores_of
 from warehouse_sim.api.observation import Observation
 from warehouse_sim.api.observation.torch_fields import torch_view
-from warehouse_sim.dataset.manifest import read_manifest
 from warehouse_sim.dataset.objects import ObjectInfo
-from warehouse_sim.dataset.reader import DatasetReader, is_dataset
+from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.records import ImageRecord
 from warehouse_sim.dataset.split import require_split
 from warehouse_sim.errors import DatasetError, InputError, OutOfRangeError, shown
@@ -50,7 +49,7 @@ class Dataset(Sequence[Observation]):
         """The folder."""
         if not self.path.is_dir():
             raise DatasetError(f"{path}: is not a folder; name the folder of a dataset, or generate one")
-        self._reader = _opened(self.path)
+        self._reader = DatasetReader(self.path)
         self._chosen: tuple[int, ...] | None = None
 
     def __repr__(self) -> str:
@@ -209,18 +208,6 @@ class Dataset(Sequence[Observation]):
 def as_dataset(data: "Dataset | str | Path") -> Dataset:
     """Return a dataset that is open, or open its folder."""
     return data if isinstance(data, Dataset) else Dataset(data)
-
-
-def _opened(path: Path) -> DatasetReader:
-    """Return a reader; one of the folder of a format alone where that is all that can be read of a dataset."""
-    try:
-        return DatasetReader(path)
-    except DatasetError:
-        manifest = read_manifest(path)
-        inner = next((path / name for name in manifest.formats if is_dataset(path / name)), None)
-        if inner is None:
-            raise
-        return DatasetReader(inner)
 
 
 def _whole(index: Any) -> int:

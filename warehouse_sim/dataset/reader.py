@@ -48,6 +48,9 @@ ALL = "all"
 class DatasetReader:
     """A complete dataset in a format that can be read, or a folder in such a format made by third parties.
 
+    A dataset that holds only KITTI or YOLO, which are read without a manifest, is read as a third-party one from the
+    folder of that format, which is then the reader's ``root``.
+
     Args:
         root: Folder of the dataset.
         calibration: Whether cameras, depth as it is read and poses of sensors are true, or as the rig states them;
@@ -58,20 +61,12 @@ class DatasetReader:
     """
 
     def __init__(self, root: str | Path, calibration: Calibration = "true") -> None:
-        self.root = Path(root)
         self.calibration: Calibration = calibration
         self._only: frozenset[Place] | None = None
         self._nominal: dict[int, tuple[NominalCalibration, ...]] = {}
-        found = _external(self.root)
-        self.manifest: Manifest | None = None if found is not None else read_manifest(self.root)
+        self.root, manifest, self._reader = _opened(Path(root))
+        self.manifest: Manifest | None = manifest
         """What the dataset is; None of a third-party dataset."""
-        reader = found if self.manifest is None else open_format(self.root, self.manifest.formats)
-        if reader is None:
-            raise DatasetError(
-                f"{root}: was made without a format that training and scoring read; "
-                f"generate it with one of them under --formats: {', '.join(_readable(self.root))}"
-            )
-        self._reader = reader
 
     @property
     def name(self) -> str:
@@ -306,6 +301,29 @@ def is_dataset(root: str | Path) -> bool:
     """Return whether a folder holds a complete dataset, or one made by third parties."""
     root = Path(root)
     return DatasetLayout(root).manifest.is_file() or _external(root) is not None
+
+
+def _opened(root: Path) -> tuple[Path, Manifest | None, FormatReader]:
+    """Return the folder that is read, the manifest if it has one, and its reader.
+
+    Raises:
+        DatasetError: The folder is no complete dataset, or has none of the formats that can be read.
+    """
+    found = _external(root)
+    if found is not None:
+        return root, None, found
+    manifest = read_manifest(root)
+    found = open_format(root, manifest.formats)
+    if found is not None:
+        return root, manifest, found
+    inner = {root / name: reader for name in manifest.formats if (reader := _external(root / name)) is not None}
+    if not inner:
+        raise DatasetError(
+            f"{root}: was made without a format that training and scoring read; "
+            f"generate it with one of them under --formats: {', '.join(_readable(root))}"
+        )
+    folder = max(inner, key=lambda path: has_depth(inner[path]))
+    return folder, None, inner[folder]
 
 
 def open_format(root: Path, names: Iterable[str]) -> FormatReader | None:

@@ -175,6 +175,19 @@ def test_each_task_of_our_yolo_is_a_folder_of_others(images_root: Path, task: st
             assert target.box_visible_xyxy == pytest.approx(gt.box_visible_xyxy, abs=1e-3)
 
 
+def test_our_yolo_as_a_whole_is_read_by_its_polygons(images_root: Path, tmp_path: Path) -> None:
+    polygons = DatasetReader(images_root / "yolo/segment")
+    shutil.copytree(images_root, tmp_path / "data", ignore=shutil.ignore_patterns("bop", "coco"))
+    manifest = tmp_path / "data/manifest.json"
+    manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"formats": ["yolo"]}))
+    reader = DatasetReader(tmp_path / "data")
+    assert reader.root == tmp_path / "data/yolo"
+    for mine, theirs in zip(reader.images("all"), polygons.images("all"), strict=True):
+        for label in mine.targets:
+            masks = (item.mask_visible(image, label.gt_index) for item, image in ((reader, mine), (polygons, theirs)))
+            assert np.array_equal(*masks)
+
+
 def third_party_yolo(root: Path, data: str, labels: str) -> Path:
     """Write a YOLO folder as annotation services export it."""
     for split in ("train", "valid"):

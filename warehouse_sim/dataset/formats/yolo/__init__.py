@@ -44,20 +44,27 @@ def yolo_layout(root: Path, task: Task) -> YoloLayout:
     return YoloLayout(DatasetLayout(root).format_folder(NAME) / task)
 
 
+def external_folder(root: Path) -> Path | None:
+    """Return ``root`` or the folder of a task in it, that with the most in its rows; None if none has a data.yaml."""
+    folders = (root, *(root / task for task in ("segment", "detect", "obb", "pose")))
+    return next((path for path in folders if YoloLayout(path).data.is_file()), None)
+
+
 class YoloFormat(BuiltIn):
     """Images and text files of labels, a folder a task."""
 
     def reader(self, root: Path) -> FormatReader | None:
         """Return a reader of a third-party folder; None of a dataset of ours: nothing in it is only here."""
-        if DatasetLayout(root).manifest.is_file() or not self.recognises(root):
+        folder = None if DatasetLayout(root).manifest.is_file() else external_folder(root)
+        if folder is None:
             return None
         from warehouse_sim.dataset.formats.yolo.reader import YoloReader
 
-        return YoloReader(root)
+        return YoloReader(folder)
 
     def recognises(self, root: Path) -> bool:
-        """Return whether the folder holds a data.yaml."""
-        return (root / "data.yaml").is_file()
+        """Return whether the folder, or that of a task in it, holds a data.yaml."""
+        return external_folder(root) is not None
 
 
 FORMAT = YoloFormat(
