@@ -62,6 +62,11 @@ class ObjectInfo:
         """Whether its surface is known, or only points that a LiDAR saw in its box."""
         return self.read_cloud is None
 
+    @property
+    def has_mesh(self) -> bool:
+        """Whether a mesh of its surface is stored."""
+        return self.has_cad and self.read_mesh is not None
+
     def model_points(self) -> Float[np.ndarray, "n 3"]:
         """Read the points (m, object frame) that pose errors use: even vertices of its surface, or its cloud.
 

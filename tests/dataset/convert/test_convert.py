@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.formats.test_external_bop import STEP_MM, visible, write_folder
-from tests.dataset.toy import failures
+from tests.dataset.toy import failures, make_dataset, make_manifest
 from tests.shared import hashes
 from warehouse_sim.cli.main import main
 from warehouse_sim.dataset.convert.run import convert
@@ -76,7 +76,12 @@ def test_what_cannot_be_converted_is_rejected_in_one_line(
     converted: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     theirs, ours = converted
+    alone = {name: make_dataset(tmp_path / name, make_manifest(formats=(name,))) for name in ("coco", "kitti", "yolo")}
     for source, name, words in (
+        (alone["coco"], "yolo", "coco: holds no depth images, which yolo is made of"),
+        (alone["kitti"], "bop", "holds no mesh of pallet, which bop needs; choose a format that needs none"),
+        (alone["kitti"], "linemod", "holds no mesh of pallet, which linemod needs"),
+        (alone["yolo"], "coco", "does not say how large pallet is"),
         (ours, "bop", "holds the format bop already"),
         (ours, "bob", "bob"),
         (theirs, "kitti", "every KITTI frame has a sweep"),
@@ -85,4 +90,12 @@ def test_what_cannot_be_converted_is_rejected_in_one_line(
         assert main(["convert", str(source), "--to", name, "--out", str(tmp_path / "out")]) == 2
         lines = capsys.readouterr().err.splitlines()
         assert [words in line for line in lines if line.startswith("error:")] == [True], lines
-        assert not (tmp_path / "out" / "manifest.json").exists()
+        assert not (tmp_path / "out").exists()
+
+
+def test_a_dataset_of_kitti_alone_is_converted_as_its_folder(tmp_path: Path) -> None:
+    ours = make_dataset(tmp_path / "ours", make_manifest(formats=("kitti",)))
+    for source, name in ((ours, "whole"), (ours / "kitti", "part")):
+        convert(source, tmp_path / name, ("coco", "yolo"))
+    assert hashes(tmp_path / "whole") == hashes(tmp_path / "part")
+    assert failures(tmp_path / "whole") == {}

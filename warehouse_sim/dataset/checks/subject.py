@@ -185,7 +185,7 @@ class ThirdPartySubject(Examined):
     @cached_property
     def lacks(self) -> frozenset[str]:
         """What the folder has none of: "depth", "masks", "ground-truth masks", "amodal masks", "meshes", "colour"."""
-        has_meshes = any(info.has_cad and info.read_mesh is not None for info in self.reader.objects.values())
+        has_meshes = any(info.has_mesh for info in self.reader.objects.values())
         found = {"meshes": has_meshes, "depth": has_depth(self.reader)}
         return frozenset(getattr(self.reader, "lacks", ())) | {name for name, there in found.items() if not there}
 

@@ -9,7 +9,7 @@ from typing import Any
 from warehouse_sim.dataset.card.text import DATA, OWNERS
 from warehouse_sim.dataset.convert.stored import recorded_scene, scene_of_image, stored_model, stored_observation
 from warehouse_sim.dataset.discard import discard_dataset
-from warehouse_sim.dataset.formats import dataset_format, needs_level_camera
+from warehouse_sim.dataset.formats import dataset_format, needs_level_camera, needs_meshes
 from warehouse_sim.dataset.formats.fit import converted_from
 from warehouse_sim.dataset.formats.observation_files import ObservationFiles
 from warehouse_sim.dataset.layout import DatasetLayout
@@ -93,6 +93,7 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
             f"{reader.root}: does not say how large {flat} is; convert takes datasets with poses and sizes of objects, "
             "such as BOP's or KITTI's"
         )
+    bare = next((info.name for info in reader.objects.values() if not info.has_mesh), None)
     for name in formats:
         item = dataset_format(name)
         if contents is not None and (lacking := converted_from(item).intersection(contents.left_out)):
@@ -102,6 +103,16 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
             )
         if reader.manifest is not None and name in reader.manifest.formats:
             raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out")
+        if not reader.has_depth and "depth" in converted_from(item):
+            raise DatasetError(
+                f"{reader.root}: holds no depth images, which {name} is made of; generate it again with {name} among "
+                "its --formats"
+            )
+        if needs_meshes(item) and bare is not None:
+            raise DatasetError(
+                f"{reader.root}: holds no mesh of {bare}, which {name} needs; choose a format that needs none, such as "
+                "coco or yolo"
+            )
         if needs_level_camera(item) and contents is not None and contents.tilted_viewpoints:
             raise DatasetError(
                 f"{reader.root}: its camera is tilted, and images of a level one are rendered, not converted; "

@@ -146,8 +146,7 @@ _NO_SIZE = np.zeros(3)
 
 def stored_model(info: ObjectInfo) -> ObjectModel:
     """Return an object's geometry in one part, with the even mesh that it is measured by; none where it has no mesh."""
-    has_mesh = info.has_cad and info.read_mesh is not None
-    part = (Part(info.mesh(), np.ones(3), np.eye(4), material=""),) if has_mesh else ()
+    part = (Part(info.mesh(), np.ones(3), np.eye(4), material=""),) if info.has_mesh else ()
     return ObjectModel(
         name=info.name,
         class_name=info.class_name,
@@ -157,7 +156,7 @@ def stored_model(info: ObjectInfo) -> ObjectModel:
         collision=(),
         symmetry=info.symmetry,
         pockets=info.pockets,
-        metric_mesh=info.metric_mesh() if has_mesh else None,
+        metric_mesh=info.metric_mesh() if info.has_mesh else None,
     )
 
 

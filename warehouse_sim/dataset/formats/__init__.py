@@ -120,8 +120,9 @@ class Format(Protocol):
     A method ``sweep(root, manifest, image)`` may read the main LiDAR's mounted sweep of an image of a dataset with a
     manifest, where the format holds them. Attributes may say more of it: with ``needs_level_camera = True``
     observations of a camera that can tilt have a second one in ``Observation.level``, that of a level virtual camera;
-    ``needs`` and ``holds`` are the outputs (``schema.outputs``) that it cannot do without and has a place for,
-    ``counts`` those that its labels are counted from, stored or not.
+    with ``needs_meshes = True`` a mesh of every object is stored; ``needs`` and ``holds`` are the outputs
+    (``schema.outputs``) that it cannot do without and has a place for, ``counts`` those that its labels are counted
+    from, stored or not.
     """
 
     @property
@@ -155,6 +156,11 @@ class Format(Protocol):
 def needs_level_camera(item: Format) -> bool:
     """Return whether a format knows level cameras only; no if silent."""
     return bool(getattr(item, "needs_level_camera", False))
+
+
+def needs_meshes(item: Format) -> bool:
+    """Return whether a format stores a mesh of every object; no if silent."""
+    return bool(getattr(item, "needs_meshes", False))
 
 
 def has_depth(reader: FormatReader) -> bool:

@@ -95,6 +95,8 @@ def bop_layout(root: Path) -> BopLayout:
 class BopFormat(BuiltIn):
     """Images, masks and JSON tables, scene by scene; what training and scoring read."""
 
+    needs_meshes = True
+
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/bop``, or of a third-party folder."""
         if DatasetLayout(root).manifest.is_file():

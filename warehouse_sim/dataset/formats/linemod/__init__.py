@@ -108,6 +108,8 @@ def linemod_layout(root: Path) -> LinemodLayout:
 class LinemodFormat(BuiltIn):
     """A folder of each object with frames in which it is labelled; tables in YAML."""
 
+    needs_meshes = True
+
     def reject(self, manifest: Manifest) -> None:
         """Reject depth beyond 16 bits and cameras with a lens."""
         super().reject(manifest)

@@ -71,6 +71,8 @@ class ShardsFormat(BuiltIn):
     Third-party shards are the format ``bop``'s, as all of BOP's folders are, whatever their images lie in.
     """
 
+    needs_meshes = True
+
     def reader(self, root: Path) -> FormatReader:
         """Return a reader of ``root/bop_webdataset`` or ``root/bop_compact``."""
         from warehouse_sim.dataset.formats.bop.shards.coding import LOSSLESS, SMALL
