@@ -3,16 +3,18 @@ import io
 import shutil
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
+from tests.dataset.kitti_folder import HEIGHT, WIDTH, write_street
 from tests.evaluation.made_dataset import estimates_of, make_dataset, write_estimates
 from tests.evaluation.pallet import random_motion
 from tests.pages import Page, needs_nothing_else, opened
 from warehouse_sim.dataset.results import predictions
 from warehouse_sim.dataset.stored.contents import ChannelContents, ReadingContents
 from warehouse_sim.dataset.viewing.page.gallery import gallery
-from warehouse_sim.errors import EvaluationError
+from warehouse_sim.errors import EvaluationError, WarehouseSimError
 from warehouse_sim.evaluation import evaluate, read_scores, write_scores
 from warehouse_sim.evaluation.report import reading_rows, render, write_report
 from warehouse_sim.evaluation.trust import succeeded
@@ -176,6 +178,39 @@ def test_a_dataset_or_a_run_alone_can_be_reported(folders, tmp_path):
     assert (page.figures, len(page.frames)) == ([], 8)
     page = Page(write_report([folders / "run"], tmp_path / "run.html").read_text())
     assert (len(page.figures), page.frames) == (2, [])
+
+
+def test_a_folder_of_kitti_is_one_dataset(tmp_path):
+    write_street(tmp_path / "street", 3, testing=1)
+    for half, stored in (("training", 3), ("testing", 1)):  # such a folder looks like bare images
+        (tmp_path / "street" / half / "depth_2").mkdir()
+        for frame in range(stored):
+            steps = np.full((HEIGHT, WIDTH), 2560, np.uint16)
+            cv2.imwrite(str(tmp_path / "street" / half / "depth_2" / f"{frame:06d}.png"), steps)
+    assert len(Page(write_report([tmp_path / "street"], tmp_path / "a.html").read_text()).frames) == 4
+    assert len(Page(write_report([tmp_path], tmp_path / "b.html").read_text()).frames) == 4
+
+
+def test_what_cannot_be_read_is_left_out_of_a_folder_of_folders_with_a_warning(folders, tmp_path, caplog):
+    root = shutil.copytree(folders, tmp_path / "all")
+    shutil.copytree(root / "data", root / "broken")
+    next((root / "broken").rglob("scene_gt.json")).write_text("{")
+    shutil.copytree(root / "data", root / "half")
+    (root / "half" / "manifest.json").unlink()
+    for name in ("rgb.png", "depth.png"):
+        (root / "frames").mkdir(exist_ok=True)
+        (root / "frames" / name).touch()
+    (root / "cut").mkdir()
+    (root / "cut" / "curves.csv").write_text("")
+    page = Page(write_report([root], tmp_path / "all.html").read_text())
+    assert (len(page.frames), len(page.figures)) == (8, 2)
+    reasons = {"broken": "scene_gt.json", "half": "incomplete", "frames": "what the camera is", "cut": "the run cannot"}
+    for name, words in reasons.items():
+        (line,) = [item for item in caplog.messages if str(root / name) in item]
+        assert line.startswith("left out: ")
+        assert words in line
+        with pytest.raises(WarehouseSimError, match=words):
+            write_report([root / name], tmp_path / "x.html")
 
 
 @pytest.mark.parametrize("text", ["", "step,samples,lear", "step,loss\n1,0.5\n2,0.4", "step,lo\0\0\n1,0.5\n"])

@@ -39,6 +39,7 @@ def write_report(folders: Sequence[str | Path], out: str | Path, frames: int | N
 
     Raises:
         EvaluationError: No folder is named, one holds nothing to report, or an evaluation's dataset was not given.
+        DatasetError: A dataset that is named cannot be read.
         MissingPackageError: plotly or jinja2 is not installed.
     """
     if not folders:

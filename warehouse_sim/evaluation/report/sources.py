@@ -2,6 +2,7 @@
 
 import csv
 import json
+import logging
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from warehouse_sim.dataset.manifest import require_no_part
-from warehouse_sim.dataset.reader import DatasetReader, is_dataset
-from warehouse_sim.errors import ConfigError, EvaluationError
+from warehouse_sim.dataset.reader import ALL, DatasetReader, is_dataset
+from warehouse_sim.errors import ConfigError, DatasetError, EvaluationError, WarehouseSimError
 from warehouse_sim.evaluation.scores import SCORES_FILE, Scores, read_scores
 from warehouse_sim.yaml_file import read_yaml
 
+log = logging.getLogger(__name__)
 _RUN_CONFIG, _RUN_CURVES, _RUN_RESULT = "config.yaml", "curves.csv", "result.json"
 
 
@@ -53,32 +55,64 @@ class Sources:
 def read_sources(folders: Sequence[Path]) -> Sources:
     """Read dataset, run and evaluation folders, or folders that hold such folders.
 
+    What cannot be read raises where it is named, and is left out with a warning where it only lies in such a folder.
+
     Raises:
-        EvaluationError: A folder holds nothing to report, or an evaluation's dataset was not given.
+        WarehouseSimError: A folder cannot be read or holds nothing to report, or an evaluation's dataset was not given.
     """
-    found = list(dict.fromkeys(path for folder in folders for path in _recognised(Path(os.path.realpath(folder)))))
+    named = [Path(os.path.realpath(folder)) for folder in folders]
+    found = list(dict.fromkeys(path for folder in named for path in _recognised(folder)))
     sources = Sources()
-    for path in found:
-        if is_dataset(path):
-            reader = DatasetReader(path)
-            sources.datasets[reader.digest] = reader
-        if (path / _RUN_CURVES).is_file():
-            sources.runs.append(_read_run(path))
-    for path in found:
-        if (path / SCORES_FILE).is_file():
-            sources.evaluations.append(_read_evaluation(path, sources.datasets))
+    for add in (_add_data, _add_evaluation):  # in this order: an evaluation needs its dataset
+        for path in found:
+            try:
+                add(sources, path)
+            except WarehouseSimError as problem:
+                if path in named:
+                    raise
+                log.warning("left out: %s", problem)
+    if not (sources.datasets or sources.runs or sources.evaluations):
+        raise EvaluationError(f"{named[0]}: nothing in it can be read; name one of the folders in it to see why")
     return sources
 
 
+def _add_data(sources: Sources, path: Path) -> None:
+    if is_dataset(path):
+        reader = DatasetReader(path)
+        reader.images(ALL)
+        sources.datasets[reader.digest] = reader
+    if (path / _RUN_CURVES).is_file():
+        sources.runs.append(_read_run(path))
+
+
+def _add_evaluation(sources: Sources, path: Path) -> None:
+    if (path / SCORES_FILE).is_file():
+        sources.evaluations.append(_read_evaluation(path, sources.datasets))
+
+
 def _recognised(folder: Path) -> list[Path]:
+    """Return a folder if it is a source, else the sources in it; warn of what looks like one and cannot be read.
+
+    Raises:
+        EvaluationError: It is no folder, or holds no source.
+        DatasetError: It is an incomplete dataset, or holds nothing but what cannot be read.
+    """
     if not folder.is_dir():
         raise EvaluationError(f"{folder}: is not a folder; give dataset, run and evaluation folders")
-    candidates = [folder, *sorted(path for path in folder.iterdir() if path.is_dir())]
-    known = [path for path in candidates if _is_known(path)]
-    if known and known[0] == folder:
-        return [folder]
-    if folder not in known:
-        require_no_part(folder)
+    known, problems = list[Path](), dict[Path, DatasetError]()
+    for path in (folder, *sorted(path for path in folder.iterdir() if path.is_dir())):
+        try:
+            known += [path] if _is_known(path) else []
+        except DatasetError as problem:
+            problems[path] = problem
+        if known == [folder]:
+            return known
+    require_no_part(folder)
+    if problems and not known:
+        raise next(iter(problems.values()))
+    for path, reason in problems.items():
+        if path != folder:  # which looks like bare images where one of those in it is
+            log.warning("left out: %s", reason)
     if not known:
         raise EvaluationError(
             f"{folder}: holds no dataset (manifest.json), run ({_RUN_CURVES}) or evaluation ({SCORES_FILE}); "
@@ -88,7 +122,15 @@ def _recognised(folder: Path) -> list[Path]:
 
 
 def _is_known(path: Path) -> bool:
-    return is_dataset(path) or any(file.is_file() for file in (path / _RUN_CURVES, path / SCORES_FILE))
+    """Return whether a folder is a source.
+
+    Raises:
+        DatasetError: It is an incomplete dataset, or images of which nothing says what the camera is.
+    """
+    if any(file.is_file() for file in (path / _RUN_CURVES, path / SCORES_FILE)) or is_dataset(path):
+        return True
+    require_no_part(path)
+    return False
 
 
 def _read_evaluation(path: Path, datasets: dict[str, DatasetReader]) -> EvaluationSource:
