@@ -1,6 +1,6 @@
 """Say of a dataset folder, check by check, whether it can be trusted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -43,11 +43,12 @@ def validate(root: str | Path, progress: ProgressCallback = lambda fraction, not
         if not DatasetLayout(root).manifest.is_file() and is_dataset(root):
             raise
         return [Check("manifest", False, str(problem))]
-    checks = []
+    checks: list[Check] = []
     for number, (check, seen) in enumerate(requested):
         seen.progress = partial(_report_progress, progress, check.name, number, len(requested))
         seen.progress(0.0)
-        checks.append(run_check(check, seen))
+        found = run_check(check, seen)
+        checks.append(_once(found, checks) if isinstance(seen, ThirdPartySubject) else found)
     progress(1.0, f"{len(checks)} checks")
     return checks
 
@@ -78,6 +79,12 @@ def _requested(subject: Subject) -> list[tuple[NamedCheck, str | None]]:
         checks = dataset_format(name).checks
         requested += [(check, name) for check in checks if check.compares_with is None or check.compares_with in stored]
     return requested
+
+
+def _once(found: Check, earlier: Sequence[Check]) -> Check:
+    """Return an outcome; what stops all checks of third-party images, such as a lost table, is said once."""
+    same = next((item.name for item in earlier if not item.ok and item.detail == found.detail), None)
+    return found if same is None else Findings(lacking=f"what {same} found stops it").outcome(found.name)
 
 
 def _report_progress(progress: ProgressCallback, name: str, number: int, count: int, fraction: float) -> None:

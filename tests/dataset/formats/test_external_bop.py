@@ -9,6 +9,7 @@ import pytest
 
 from warehouse_sim.dataset.object_gt import geometry_problems
 from warehouse_sim.dataset.reader import DatasetReader
+from warehouse_sim.dataset.validate import validate
 from warehouse_sim.errors import DatasetError
 from warehouse_sim.geometry.boxes import mask_box_xyxy
 
@@ -151,6 +152,17 @@ def test_test_images_need_no_labels(tmp_path: Path) -> None:
     for name in ("gt", "gt_info"):
         (root / "test" / "000003" / f"scene_{name}.json").unlink()
     assert [image.targets for image in DatasetReader(root).images("test")] == [(), ()]
+
+
+@pytest.mark.parametrize("name", ["camera", "gt"])
+def test_a_table_that_a_scene_lost_is_named_in_one_line(tmp_path: Path, name: str) -> None:
+    root = write_folder(tmp_path / "data")
+    write_scene(root / "test" / "000004", 2, masks=True, info=True, gray=True)
+    lost = root / "test" / "000004" / f"scene_{name}.json"
+    lost.unlink()
+    with pytest.raises(DatasetError, match=rf"000004/scene_{name}\.json: is missing; copy the dataset again"):
+        DatasetReader(root).images("test")
+    assert [check.detail for check in validate(root) if not check.ok] == [f"{lost}: is missing; copy the dataset again"]
 
 
 def test_a_continuous_symmetry_is_a_group_of_turns(tmp_path: Path) -> None:

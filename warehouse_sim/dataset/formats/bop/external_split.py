@@ -182,12 +182,13 @@ def read_rounded_pose(data: Any, rotation: str, translation: str, where: str) ->
 
 
 TABLE = "scene_{}.json"
+_TABLES = ("camera", "gt", "gt_info")
 _IMAGES = ("rgb", "gray")
 
 
 def is_scene(path: Path) -> bool:
-    """Return whether a folder is a scene."""
-    return path.name.isdecimal() and (path / TABLE.format("camera")).is_file()
+    """Return whether a folder is a scene: one of its tables says so, all others may be lost."""
+    return path.name.isdecimal() and any((path / TABLE.format(name)).is_file() for name in _TABLES)
 
 
 class ScenewiseSplit:
@@ -199,7 +200,7 @@ class ScenewiseSplit:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self._scenes = {int(path.name): path for path in filter(is_scene, root.iterdir())}
+        self._scenes = {int(path.name): path for path in root.iterdir() if path.name.isdecimal() and path.is_dir()}
 
     @property
     def scene_ids(self) -> tuple[int, ...]:
@@ -236,8 +237,15 @@ class ScenewiseSplit:
         return self._mask(image.scene_id, image.image_id, kind, gt_index)
 
     def _of_scene(self, split: str, scene_id: int, known: Collection[int]) -> list[ImageRecord]:
-        """Read the tables of a scene; images without labels have no targets."""
-        path = {name: self._scenes[scene_id] / TABLE.format(name) for name in ("camera", "gt", "gt_info")}
+        """Read the tables of a scene; images without labels have no targets.
+
+        Raises:
+            DatasetError: A table is malformed, or missing: that of cameras, or that of labels where they have infos.
+        """
+        path = {name: self._scenes[scene_id] / TABLE.format(name) for name in _TABLES}
+        for table in (path["camera"], *([path["gt"]] if path["gt_info"].is_file() else [])):
+            if not table.is_file():
+                raise DatasetError(f"{table}: is missing; copy the dataset again")
         cameras, poses, infos = (read_table(file) if file.is_file() else {} for file in path.values())
         size_wh = image_size_wh(self._colour(scene_id, min(cameras))) if cameras else (1, 1)
         return [
