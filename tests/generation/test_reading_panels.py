@@ -1,6 +1,11 @@
+from pathlib import Path
+
+import cv2
 import numpy as np
 
-from warehouse_sim.generation.contact_sheet import reading_panels
+from tests.shared import Shared
+from warehouse_sim.generation.contact_sheet import reading_panels, render_contact_sheet
+from warehouse_sim.generation.recipe import changed, load_recipe
 from warehouse_sim.schema import ChannelReading, MountedReading
 
 
@@ -35,3 +40,12 @@ def test_what_cannot_be_drawn_is_told_in_words() -> None:
     for values in (np.zeros(0), np.zeros((5, 3)), np.array(["a", "b"]), np.full(3, np.nan), np.float64(2.0)):
         _, panel = panel_of(odd=values)
         assert (panel > 200).any()
+
+
+def test_a_rig_without_lidar_has_no_panels_of_it(shared: Shared, tmp_path: Path) -> None:
+    recipe, rows = load_recipe(str(shared.small)), list[float]()
+    assert recipe.sensors.lidar is not None
+    for given in (recipe, changed(recipe, {"sensors": {"lidar": None}})):
+        render_contact_sheet(given, 3, 0, tmp_path / "sheet.png")
+        rows.append(cv2.imread(str(tmp_path / "sheet.png")).shape[0] / given.sensors.camera.height)
+    assert rows[1] == rows[0] - 1

@@ -25,7 +25,7 @@ from warehouse_sim.geometry.boxes import box_corners
 from warehouse_sim.geometry.pose import invert, transform_points
 from warehouse_sim.output import make_folder, write_bytes
 from warehouse_sim.render import open_renderer
-from warehouse_sim.schema import CAMERA, IMU, LIDAR, MountedReading, Observation, Reading
+from warehouse_sim.schema import CAMERA, IMU, LIDAR, LidarScan, MountedReading, Observation, Reading
 
 _BACKGROUND, _BAR, _TEXT = (18, 18, 18), (90, 170, 230), (235, 235, 235)
 _LINE_PX = 26
@@ -124,7 +124,8 @@ def render_contact_sheet(
 def contact_sheet(observation: Observation) -> Image:
     """Return captioned panels in two columns: RGB, depth, instance masks, boxes, LiDAR from above and in the image.
 
-    The second camera, LiDARs beside the main one and sensors of any other kind follow, one panel each.
+    The second camera, LiDARs beside the main one and sensors of any other kind follow, one panel each; a sensor that
+    the rig does not have has none.
     """
     rgb = observation.rgbd.rgb
     visible = [item for item in observation.annotations if item.pixels_visible > 0]
@@ -133,9 +134,12 @@ def contact_sheet(observation: Observation) -> Image:
         "depth as the sensor reads it, 0.5-20 m": colorize_depth(observation.rgbd.depth),
         "instance mask": colorize_instances(observation.buffers.instance_mask),
         f"boxes of {len(visible)} visible targets": _boxes(observation),
-        "LiDAR from above": _lidar_from_above(observation, rgb.shape[:2]),
-        "LiDAR in the image": _lidar_in_image(observation),
     }
+    if observation.lidar is not None:
+        panels["LiDAR from above"] = _lidar_from_above(observation, observation.lidar)
+        panels["LiDAR in the image"] = draw_cloud(
+            rgb, observation.camera, observation.T_camera_lidar, observation.lidar.points
+        )
     shown = (CAMERA, LIDAR, IMU)  # six numbers are no picture
     panels |= reading_panels({k: v for k, v in observation.readings.items() if k not in shown}, rgb.shape[:2])
     if len(panels) % 2:
@@ -154,16 +158,14 @@ def _boxes(observation: Observation) -> Image:
     return image
 
 
-def _lidar_from_above(observation: Observation, size: tuple[int, int]) -> Image:
-    height, width = size
-    image = np.full((height, width, 3), 18, dtype=np.uint8)
-    if observation.lidar is None:
-        return image
+def _lidar_from_above(observation: Observation, scan: LidarScan) -> Image:
+    image = np.full_like(observation.rgbd.rgb, 18)
+    height, width, _ = image.shape
     # The sensor stands near the left edge and looks to the right.
     scale, origin = width / BEV_RANGE, np.array([width // 10, height // 2])
-    pixels = np.round(observation.lidar.points[:, :2] * [scale, -scale]).astype(int) + origin
+    pixels = np.round(scan.points[:, :2] * [scale, -scale]).astype(int) + origin
     inside = ((pixels >= 0) & (pixels < [width, height])).all(axis=1)
-    image[pixels[inside, 1], pixels[inside, 0]] = colorize_instances(observation.lidar.instance_ids[None])[0][inside]
+    image[pixels[inside, 1], pixels[inside, 0]] = colorize_instances(scan.instance_ids[None])[0][inside]
     T_lidar_camera = invert(observation.T_camera_lidar)
     for item in observation.annotations:
         corners = transform_points(T_lidar_camera @ item.T_camera_object, box_corners(item.size)[FOOTPRINT])
@@ -171,10 +173,3 @@ def _lidar_from_above(observation: Observation, size: tuple[int, int]) -> Image:
         cv2.polylines(image, [outline], True, BOX_COLOR, 1, cv2.LINE_AA)
     cv2.drawMarker(image, origin.tolist(), (255, 255, 255), cv2.MARKER_CROSS, 12, 2)
     return image
-
-
-def _lidar_in_image(observation: Observation) -> Image:
-    scan, rgb = observation.lidar, observation.rgbd.rgb
-    if scan is None:
-        return (rgb * 0.45).astype(np.uint8)
-    return draw_cloud(rgb, observation.camera, observation.T_camera_lidar, scan.points)
