@@ -16,6 +16,7 @@ from warehouse_sim.dataset.reader import DatasetReader
 from warehouse_sim.dataset.validate import validate
 from warehouse_sim.dataset.viewing.panels import Captions
 from warehouse_sim.dataset.viewing.report import inspect
+from warehouse_sim.dataset.viewing.survey import Oddities
 from warehouse_sim.errors import DatasetError
 
 
@@ -103,6 +104,22 @@ def test_poses_in_another_unit_are_odd(theirs: Path, tmp_path: Path, factor: flo
     assert not any(words in line for line in inspect(theirs, tmp_path / "before").lines)
     change_poses(theirs, factor)
     assert any(words in line for line in inspect(theirs, tmp_path / "after").lines)
+
+
+@pytest.mark.parametrize(("seen_px", "shifted", "odd"), [(14, 0.0, False), (14, 9.0, True), (6, 0.0, False)])
+def test_readings_of_what_stands_before_the_edges_of_a_label_are_not_odd(
+    toy_root: Path, seen_px: int, shifted: float, odd: bool
+) -> None:
+    """A depth camera reads the near thing over the outer three pixels of what is behind it: all of a narrow strip."""
+    image = next(item for item in DatasetReader(toy_root).images("all") if item.targets)
+    target = image.targets[0]
+    far = float(target.T_camera_object[2, 3]) + shifted
+    depth, visible = np.full((96, 160), 0.5, np.float32), np.zeros((96, 160), bool)
+    visible[20:80, 40 : 40 + seen_px] = True
+    depth[23:77, 43 : 40 + seen_px - 3] = far
+    oddities = Oddities()
+    oddities.of_reading(image, target, depth, visible, diameter=1.0)
+    assert bool(oddities.found) is odd
 
 
 def test_a_split_that_is_not_there_is_rejected(toy_root: Path, tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ def _depth(
     for target in image.targets:
         if target.gt_index in masks and masks[target.gt_index].shape == depth.shape:
             diameter = _diameter(reader, target)
-            oddities.of_reading(image, target, depth[masks[target.gt_index]], diameter)
+            oddities.of_reading(image, target, depth, masks[target.gt_index], diameter)
     valid = depth[depth > 0]
     near, far = (float(x) for x in np.percentile(valid, [1, 99])) if valid.size else (0.5, 20.0)
     near = max(near, 1e-3)

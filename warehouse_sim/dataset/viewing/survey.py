@@ -4,8 +4,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from warehouse_sim.dataset.card.tally import BINS, bin_names, count_in_bins, text_bars
 from warehouse_sim.dataset.objects import ObjectInfo
@@ -20,6 +21,9 @@ _BESIDE = 1.0
 """Widths of its box that an object's centre may lie beside it in the image."""
 _FEW = 20
 """Readings of depth that a label needs to be compared with them."""
+_EDGE_PX = 5
+"""How near the edge of a mask readings may be of what stands before it: half the eleven pixels that the matching window
+of a depth camera covers in an image of KITTI's focal length, by which near things grow over far ones."""
 _OFF = 1.5
 """Diameters that a pose may lie before or behind what depth shows of the object."""
 
@@ -69,10 +73,20 @@ class Oddities:
             self.note(f"depth images of about {np.median(valid):.3g} m: is the unit right?", place_of(image))
 
     def of_reading(
-        self, image: ImageRecord, target: TargetRecord, shown: Float32[np.ndarray, " n"], diameter: float
+        self,
+        image: ImageRecord,
+        target: TargetRecord,
+        depth: Float32[np.ndarray, "h w"],
+        visible: Bool[np.ndarray, "h w"],
+        diameter: float,
     ) -> None:
-        """Note a label whose pose is elsewhere than the depth (m) on its visible pixels, 0 = none, says."""
-        readings = shown[shown > 0]
+        """Note a label whose pose is elsewhere than the depth (m, 0 = none) inside its visible mask says.
+
+        Sensors read what is nearer over an edge, too, so that a label too small for pixels far from its edges has none
+        that are its own.
+        """
+        inner = cv2.erode(visible.astype(np.uint8), np.ones((2 * _EDGE_PX + 1,) * 2, np.uint8)) > 0
+        readings = depth[inner & (depth > 0)]
         if diameter <= 0.0 or readings.size < _FEW or not target.has_pose:
             return
         if abs(float(np.median(readings)) - float(target.T_camera_object[2, 3])) > _OFF * diameter:
