@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -104,6 +105,21 @@ def test_poses_in_another_unit_are_odd(theirs: Path, tmp_path: Path, factor: flo
     assert not any(words in line for line in inspect(theirs, tmp_path / "before").lines)
     change_poses(theirs, factor)
     assert any(words in line for line in inspect(theirs, tmp_path / "after").lines)
+
+
+@pytest.mark.parametrize(("right", "odd"), [(158.0, True), (159.0, False)])
+def test_a_box_that_the_border_cuts_may_belong_to_what_is_beyond_it(toy_root: Path, right: float, odd: bool) -> None:
+    reader = DatasetReader(toy_root)
+    image = next(item for item in reader.images("all") if item.targets)
+    T = image.targets[0].T_camera_object.copy()
+    u, v = image.camera.project(T[None, :3, 3])[0]
+    T[0, 3] += (200.0 - u) / image.camera.fx * T[2, 3]
+    box = (150.0, v - 5.0, right, v + 5.0)
+    oddities = Oddities()
+    oddities.of_target(
+        image, replace(image.targets[0], T_camera_object=T, box_visible_xyxy=box, box_amodal_xyxy=box), reader.objects
+    )
+    assert list(oddities.found) == (["labels whose pose projects beside their box"] if odd else [])
 
 
 @pytest.mark.parametrize(("seen_px", "shifted", "odd"), [(14, 0.0, False), (14, 9.0, True), (6, 0.0, False)])

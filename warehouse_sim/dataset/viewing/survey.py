@@ -105,7 +105,12 @@ class Oddities:
         u, v = image.camera.project(T[None, :3, 3])[0]
         left, top, right, bottom = target.box_amodal_xyxy
         reach = _BESIDE * max(right - left, bottom - top, 1.0)
-        if not (left - reach <= u <= right + reach and top - reach <= v <= bottom + reach):
+        sides = ((u, left, right, image.camera.width), (v, top, bottom, image.camera.height))
+        # KITTI's boxes end at the image's border, beyond which their objects go on.
+        if not all(
+            (low <= 0 or low - reach <= at) and (high >= size - 1 or at <= high + reach)
+            for at, low, high, size in sides
+        ):
             self.note("labels whose pose projects beside their box", where)
 
 
