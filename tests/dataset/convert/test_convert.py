@@ -96,6 +96,6 @@ def test_what_cannot_be_converted_is_rejected_in_one_line(
 def test_a_dataset_of_kitti_alone_is_converted_as_its_folder(tmp_path: Path) -> None:
     ours = make_dataset(tmp_path / "ours", make_manifest(formats=("kitti",)))
     for source, name in ((ours, "whole"), (ours / "kitti", "part")):
-        convert(source, tmp_path / name, ("coco", "yolo"))
+        convert(source, tmp_path / name, ("coco", "yolo", "ply", "mcap"))
     assert hashes(tmp_path / "whole") == hashes(tmp_path / "part")
     assert failures(tmp_path / "whole") == {}

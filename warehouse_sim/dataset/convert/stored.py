@@ -19,6 +19,7 @@ from warehouse_sim.schema import (
     LIDAR,
     NO_COLOR,
     Conditions,
+    LidarScan,
     MountedReading,
     ObjectAnnotation,
     ObjectInstance,
@@ -53,7 +54,8 @@ def stored_observation(
     readings: dict[str, MountedReading[Reading]] = {CAMERA: MountedReading(np.eye(4), RgbdReading(rgb, depth))}
     sweep = reader.sweep(image)
     if sweep is not None:
-        readings[LIDAR] = MountedReading(sweep.T_camera_sensor, sweep.reading)
+        scan = sweep.reading if recorded is not None else _of_targets(sweep.reading, image)
+        readings[LIDAR] = MountedReading(sweep.T_camera_sensor, scan)
     for name, item in reader.readings(image).items():
         readings[name] = MountedReading(item.T_camera_sensor, item.reading)
     instance_mask = np.zeros(shape, dtype=np.int32)
@@ -79,6 +81,12 @@ def stored_observation(
         nominal=None if recorded is None else recorded.nominal,
     )
     return ObservationFiles(observation, reader.rgb_file(image))
+
+
+def _of_targets(scan: LidarScan, image: ImageRecord) -> LidarScan:
+    """Return a sweep whose points have no other ids than those of the image's targets: nothing else is known."""
+    known = np.isin(scan.instance_ids, [instance_id(target) for target in image.targets])
+    return replace(scan, instance_ids=np.where(known, scan.instance_ids, 0).astype(scan.instance_ids.dtype))
 
 
 def instance_id(target: TargetRecord) -> int:
