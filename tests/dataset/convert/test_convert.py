@@ -81,6 +81,7 @@ def test_what_cannot_be_converted_is_rejected_in_one_line(
         (alone["coco"], "yolo", "coco: holds no depth images, which yolo is made of"),
         (alone["kitti"], "bop", "holds no mesh of pallet, which bop needs; choose a format that needs none"),
         (alone["kitti"], "linemod", "holds no mesh of pallet, which linemod needs"),
+        (alone["kitti"], "kitti", "holds the format kitti already"),
         (alone["yolo"], "coco", "does not say how large pallet is"),
         (ours, "bop", "holds the format bop already"),
         (ours, "bob", "bob"),

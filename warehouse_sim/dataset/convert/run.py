@@ -57,7 +57,7 @@ def convert(
         OutputError: Another process writes the folder, or it cannot be written.
     """
     reader = DatasetReader(source)
-    _reject(reader, formats)
+    _reject(reader, source, formats)
     if Path(os.path.realpath(source)).is_relative_to(os.path.realpath(out)):
         raise DatasetError(f"{out}: holds the dataset that is read; choose a folder beside it")
     origin: _Theirs | _Ours = (
@@ -78,7 +78,7 @@ def convert(
         return store.finish()
 
 
-def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
+def _reject(reader: DatasetReader, source: Path, formats: Sequence[str]) -> None:
     """Reject what needs a renderer, and what is there already.
 
     Raises:
@@ -93,6 +93,9 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
             f"{reader.root}: does not say how large {flat} is; convert takes datasets with poses and sizes of objects, "
             "such as BOP's or KITTI's"
         )
+    # A reader that is elsewhere than the source reads the folder of a format in it.
+    inner = () if reader.root == source else (reader.root.name,)
+    held = inner if reader.manifest is None else reader.manifest.formats
     bare = next((info.name for info in reader.objects.values() if not info.has_mesh), None)
     for name in formats:
         item = dataset_format(name)
@@ -101,8 +104,8 @@ def _reject(reader: DatasetReader, formats: Sequence[str]) -> None:
                 f"{reader.root}: was generated without {in_words(lacking)}, which {name} is made of; generate it again "
                 f"with {name} among its --formats"
             )
-        if reader.manifest is not None and name in reader.manifest.formats:
-            raise DatasetError(f"{reader.root}: holds the format {name} already; leave it out")
+        if name in held:
+            raise DatasetError(f"{source}: holds the format {name} already; leave it out")
         if not reader.has_depth and "depth" in converted_from(item):
             raise DatasetError(
                 f"{reader.root}: holds no depth images, which {name} is made of; generate it again with {name} among "
