@@ -97,7 +97,7 @@ def test_an_own_mesh_stands_on_the_floor_and_on_pallets_with_labels(tmp_path: Pa
         (lambda: ws.recipe("smoke", difficulty=2), InputError, ["difficulty must be 0-1"]),
         (lambda: ws.Rig(height=0.0), InputError, ["height", "0.1-20 m"]),
         (lambda: ws.Rig(height="high"), InputError, ["height", "'high'"]),  # type: ignore[arg-type]
-        (lambda: ws.recipe("smoke").add("none.glb"), ConfigError, ["none.glb", "no such mesh file"]),
+        (lambda: ws.recipe("smoke").add("none.glb"), ConfigError, ["none.glb", "there is no such file"]),
         (lambda: ws.recipe("smoke").add("none.glb", places=["roof"]), InputError, ["places", "shelf"]),  # type: ignore[list-item]
         (lambda: ws.recipe("smoke").add("none.glb", name="My Crate"), ConfigError, ["'My Crate'", "'my_crate'"]),
         (lambda: ws.recipe("smoke").add("epall"), UnknownNameError, ["'epall'"]),

@@ -173,7 +173,7 @@ def test_a_mesh_in_other_units_is_an_error(size: tuple[float, float, float], wor
 
 
 def test_what_is_no_mesh_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"no such mesh file"):
+    with pytest.raises(ConfigError, match=r"there is no such file"):
         catalog_object(str(tmp_path / "none.glb"))
     (tmp_path / "broken.glb").write_bytes(b"glTF")
     with pytest.raises(ConfigError, match=r"broken.glb cannot be read"):

@@ -131,7 +131,8 @@ def test_validate_shows_progress_and_says_what_generating_again_would_do(capsys,
         (3, ("kitti", "bop"), "train densefusion-pointcloud --data {root} --out {root}-run"),
         (1, ("bop",), "view {root} --summary"),
         (3, ("coco",), "view {root} --summary"),
-        (3, ("yolo",), None),
+        (3, ("yolo",), "view {root} --summary"),
+        (3, ("ply",), None),
     ],
 )
 def test_validate_names_a_command_that_works(

@@ -47,7 +47,7 @@ def test_own_objects_are_labelled_in_a_dataset_that_holds_its_checks(tmp_path: P
     [
         ({"objects": [], "own": 1}, "own needs the files"),
         ({"objects": [TROLLEY, TROLLEY]}, "objects must differ in name and obj_id"),
-        ({"objects": ["nowhere.yaml"]}, "nowhere.yaml: cannot be read"),
+        ({"objects": ["nowhere.yaml"]}, "nowhere.yaml: there is no such file"),
     ],
 )
 def test_wrong_own_objects_are_rejected(traffic, message) -> None:

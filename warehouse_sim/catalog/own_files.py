@@ -247,8 +247,6 @@ def load_mesh_object(text: str) -> ObjectModel:
     if os.path.isfile(beside):
         model = load_custom_object(beside)
         return replace(model, name=own) if own else model
-    if not os.path.isfile(path):
-        raise ConfigError(f"{path}: there is no such mesh file; check the path")
     name = own or _named(path.stem)
     number = FIRST_OBJ_ID + zlib.crc32(name.encode()) % _NUMBERS
     config = CustomObjectConfig(name, name, number, path.name, material=MATERIAL)
