@@ -34,9 +34,8 @@ def test_shares_of_a_summary_are_counted_from_that_score_on() -> None:
     assert rows["three cartons"]["value"] == 0.0
 
 
-def test_the_full_suite_has_thousands_of_negatives_and_hundreds_of_starts() -> None:
-    suite = load_suite("negatives")
-    negatives, approach = suite.negatives, suite.approach
+def test_full_suites_have_thousands_of_negatives_and_hundreds_of_starts() -> None:
+    negatives, approach = load_suite("negatives").negatives, load_suite("approaches").approach
     assert len(negatives.recipes) * negatives.scenes * negatives.places * (len(KINDS) - 1) >= 3_000
     assert len(approach.recipes) * approach.episodes >= 200
     assert len(approach.recipes) >= 4
