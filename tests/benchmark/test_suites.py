@@ -111,7 +111,7 @@ def test_what_was_made_is_used_again_and_only_if_nothing_changed(out: Path) -> N
 
 
 @pytest.mark.gl
-def test_who_does_not_run_stays_in_the_stored_result(out: Path) -> None:
+def test_who_does_not_run_stays_in_the_stored_result(out: Path, tmp_path: Path) -> None:
     suite = only_scored(SUITES["industrial"])
 
     def rerun(*who: str, overwrite: bool = False) -> tuple[SuiteResult, SuiteResult]:
@@ -125,6 +125,15 @@ def test_who_does_not_run_stays_in_the_stored_result(out: Path) -> None:
     assert stored.rows == alone.rows + more.rows
     again, stored = rerun("oracle")
     assert stored.rows == more.rows + again.rows
+    (tmp_path / "other.csv").write_text(
+        "scene_id,im_id,obj_id,score,R,t,time\n0,999,1,0.5,1 0 0 0 1 0 0 0 1,0 0 1000,-1\n"
+    )
+    failed, stored = rerun("shuffled", str(tmp_path / "other.csv"))
+    assert failed.left_out
+    nobody, stored = rerun(str(tmp_path / "other.csv"))
+    assert not nobody.rows
+    assert stored.rows == again.rows + failed.rows
+    assert stored.data == alone.data
     assert rerun("shuffled", overwrite=True)[1].rows == more.rows
 
 

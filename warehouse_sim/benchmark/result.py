@@ -102,18 +102,30 @@ def beside(stored: SuiteResult, new: SuiteResult) -> SuiteResult:
 
     It stays as it is where the stored one is of another suite, size, machine or data.
     """
-    if (stored.suite, stored.quick, stored.machine, stored.data) != (new.suite, new.quick, new.machine, new.data):
+    data = [_counted(old, now) for old, now in zip(stored.data, new.data, strict=False)]
+    place = stored.suite, stored.quick, stored.machine, len(stored.data)
+    if place != (new.suite, new.quick, new.machine, len(new.data)) or None in data:
         return new
     ran = {item.name for item in new.estimators} | {item.estimator for item in new.left_out}
-    commands = (stored.command,) if new.command in stored.command else (stored.command, new.command)
     return replace(
         new,
-        command="; ".join(commands),
+        command="; ".join(dict.fromkeys((*stored.command.split("; "), new.command))),
+        data=tuple(item for item in data if item),
         estimators=(*(item for item in stored.estimators if item.name not in ran), *new.estimators),
         rows=(*(row for row in stored.rows if not ran & {row.estimator, row.against}), *new.rows),
         left_out=(*(item for item in stored.left_out if item.estimator not in ran), *new.left_out),
         notes=tuple(dict.fromkeys((*stored.notes, *new.notes))),
     )
+
+
+def _counted(stored: DataFacts, new: DataFacts) -> DataFacts | None:
+    """Return the facts of one dataset with what was counted in it, which is nothing where nobody could be scored.
+
+    None stands for two datasets.
+    """
+    if stored == new or stored == replace(new, ground_truths=0, left_out_of_docking={}):
+        return new
+    return stored if new == replace(stored, ground_truths=0, left_out_of_docking={}) else None
 
 
 def write_result(result: SuiteResult, path: Path) -> Path:
