@@ -114,6 +114,35 @@ def test_a_grey_line_of_one_pixel_stays_whole_and_grey(start: int, turned: bool)
     assert np.abs(np.ptp(found[3:-3, 3:-3], axis=2)).mean() < 8.0
 
 
+def slow_green(codes: np.ndarray, v: int, u: int) -> float:
+    """Return green as the patent says it, pixel by pixel."""
+    if (v + u) % 2:
+        return float(codes[v, u])
+    found = []
+    for down, right in ((0, 1), (1, 0)):
+        before, after = codes[v - down, u - right], codes[v + down, u + right]
+        bend = 2 * codes[v, u] - codes[v - 2 * down, u - 2 * right] - codes[v + 2 * down, u + 2 * right]
+        found.append((abs(before - after) + abs(bend), (before + after) / 2 + bend / 4))
+    least = min(change for change, _ in found)
+    return float(np.clip(np.mean([green for change, green in found if change == least]), 0, 255))
+
+
+@pytest.mark.parametrize("size", [(12, 14), (11, 13)])
+def test_a_mosaic_is_interpolated_as_pixel_by_pixel(size: tuple[int, int]) -> None:
+    codes = np.random.default_rng(1).integers(60, 200, size, dtype=np.uint8)
+    found, exact = demosaic(codes), codes.astype(float)
+    inner = [(v, u) for v in range(4, size[0] - 4) for u in range(4, size[1] - 4)]
+    for v, u in inner:
+        near = {(y, x): slow_green(exact, y, x) for y in (v - 1, v, v + 1) for x in (u - 1, u, u + 1)}
+        expected = [0.0, near[v, u], 0.0]
+        for channel, parity in ((0, 0), (2, 1)):
+            sites = [place for place in near if place[0] % 2 == place[1] % 2 == parity]
+            closest = min(abs(y - v) + abs(x - u) for y, x in sites)
+            steps = [exact[p] - near[p] for p in sites if abs(p[0] - v) + abs(p[1] - u) == closest]
+            expected[channel] = float(np.clip(near[v, u] + np.mean(steps), 0, 255))
+        np.testing.assert_allclose(found[v, u], expected, atol=2.0)
+
+
 RNG = np.random.default_rng(3)
 
 
